@@ -1,0 +1,70 @@
+"""Backstepping of the rendezvous errors: virtual velocity, the plant linear in its parameters, projected adaptation.
+
+    α_ν = −k₁ρ/√(1+(k₁|ρ|/v_max)²) (shaped) or −k₁ρ,   α_ω = −k_σσ,   z₂ = (ν, ω) − (α_ν, α_ω)
+    M ż₂ = Yθ + u + d,   θ = (m, J),   Yθ = (m a_ν, J a_ω − Ω×JΩ)
+    a_ν = −Ω×ν + n − α̇_ν,   a_ω = ω×Rω_t − Rω̇_t − α̇_ω
+
+M. Krstić, I. Kanellakopoulos, P. Kokotović, "Nonlinear and adaptive control design", 1995, ch. 3–4.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from rvjax.algebra import Channels, Scalar, Symmetric, Vector, apply, cross, dot, mrp_rate, symmetric_gradient
+from rvjax.dynamics import Relative, relative
+from rvjax.state import Numbers, Seen
+
+
+class Tracking(NamedTuple):
+    """z2: z₂ [m/s, rad/s]; accel: a_ν [m/s²]; turn: a_ω [rad/s²]; omega: Ω [rad/s]."""
+
+    z2: Channels
+    accel: Vector
+    turn: Vector
+    omega: Vector
+
+
+def tracking(shaped: bool, seen: Seen, gains: Numbers) -> Tracking:
+    """z₂ and the known factors of Y. Gains used: k1, k_sigma, v_max_m_s (shaped only)."""
+    known = relative(seen.motion, seen.target, seen.alpha_t, seen.port)
+    alpha1, alpha1_rate = virtual_velocity(shaped, seen, known, gains)
+    return Tracking(
+        z2=Channels(seen.motion.nu, seen.motion.omega) - alpha1,
+        accel=known.accel - cross(known.omega_p, seen.motion.nu) - alpha1_rate.force,
+        turn=known.alpha - alpha1_rate.torque,
+        omega=known.omega_p,
+    )
+
+
+def virtual_velocity(shaped: bool, seen: Seen, known: Relative, gains: Numbers) -> tuple[Channels, Channels]:
+    """((α_ν, α_ω), their rates), with ρ̇ = ν − Ω×ρ and σ̇ = G(σ)ω."""
+    rho, sigma = seen.motion.rho, seen.motion.sigma
+    rho_rate = seen.motion.nu - cross(known.omega_p, rho)
+    alpha, rate = rho * -gains.k1, rho_rate * -gains.k1
+    if shaped:
+        slope = (gains.k1 / gains.v_max_m_s) ** 2
+        stretch = 1.0 + slope * dot(rho, rho)
+        alpha = alpha / jnp.sqrt(stretch)
+        rate = rate / jnp.sqrt(stretch) - alpha * (slope * dot(rho, rho_rate) / stretch)
+    turn = mrp_rate(sigma, seen.motion.omega)
+    return Channels(alpha, sigma * -gains.k_sigma), Channels(rate, turn * -gains.k_sigma)
+
+
+def model(now: Tracking, mass: Scalar, inertia: Symmetric) -> Channels:
+    """Yθ = (m a_ν, J a_ω − Ω×JΩ) [N, N·m]."""
+    return Channels(now.accel * mass, apply(inertia, now.turn) - cross(now.omega, apply(inertia, now.omega)))
+
+
+def gradient(now: Tracking, z: Channels) -> tuple[Scalar, Symmetric]:
+    """Yᵀz = (a_νᵀz_ν, ∂(z_ωᵀJa_ω + (Ω×z_ω)ᵀJΩ)/∂J), since −z_ωᵀ(Ω×JΩ) = (Ω×z_ω)ᵀJΩ."""
+    swing = symmetric_gradient(cross(now.omega, z.torque), now.omega)
+    return dot(now.accel, z.force), symmetric_gradient(z.torque, now.turn) + swing
+
+
+def project(x: Scalar, rate: Scalar, low: Scalar, high: Scalar) -> Scalar:
+    """The rate, or 0 where it would carry x out of [low, high]."""
+    outward = ((x >= high) & (rate > 0)) | ((x <= low) & (rate < 0))
+    return jnp.where(outward, 0.0, rate)

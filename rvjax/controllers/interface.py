@@ -1,0 +1,27 @@
+"""What a controller is: two functions of one sample at one instant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from rvjax.algebra import Channels
+from rvjax.state import Numbers, Report, Seen
+
+Saturate = Callable[[Channels], tuple[Channels, Channels]]
+"""v → (h(v), h'(v)) of the flown actuators: what the drive electronics report back."""
+
+
+class Response(NamedTuple):
+    """command: v before the saturation [N, N·m]; rate: of the controller's own state; report: for metrics and traces."""
+
+    command: Channels
+    rate: Any
+    report: Report
+
+
+class Law(NamedTuple):
+    """start(seen, gains) → the controller's own state at t = 0; respond(seen, state, saturate, gains) → `Response`."""
+
+    start: Callable[[Seen, Numbers], Any]
+    respond: Callable[[Seen, Any, Saturate, Numbers], Response]

@@ -1,0 +1,167 @@
+"""Adaptive saturated fault-tolerant controller: augmented system, Nussbaum gains, robust differentiator.
+
+    1  virtual velocity   (α_ν, α_ω), z₂ and the model Yθ of `rvjax.backstepping`
+    2  virtual wrench     α₂ = −[Ŷθ + K₂z₂ + D̂ ∘ z₂/√(z₂²+ε²)], clipped to 0.95 of the nominal limits when shaped
+       adaptation         θ̂̇ = Γ Yᵀz₂,  D̂̇ = γ_D z₂²/√(z₂²+ε²),  projected, frozen on clipped channels
+    3  augmented system   v̇ = −κv + w,  z₃ = h(v) − α₂,  w̄ = −K₃z₃ + κ h'(v) v + α̂̇₂,  w = N(χ) w̄
+       Nussbaum           χ̇ = γ_χ (z₃/u)(w̄/u)
+    4  differentiator     α̂̇₂ from α₂ (`rvjax.differentiator`)
+
+ε(t) = ε, or ε e^{−at} where it decays. u: mean of the nominal limits.
+
+The smooth asymmetric saturation, the augmented system, the Nussbaum matrix and the Levant differentiator are the paper's
+(K. Xia, W. Huo, ISA Transactions, 2018); every formula here is a reconstruction that agrees with them. The commanded wrench
+h(v) and its slope are known to the controller (the saturation is a block of its own electronics); mass, inertia, faults and
+disturbances are not. Limits of the theory: Nussbaum's lemma needs h' bounded away from zero, which is assumed before it is
+proved; the demanded wrench must be attainable with the remaining effectiveness.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from rvjax.algebra import Channels, Scalar, Symmetric, each, largest, split
+from rvjax.backstepping import gradient, model, project, tracking
+from rvjax.controllers.interface import Law, Response, Saturate
+from rvjax.differentiator import DIFFERENTIATORS
+from rvjax.family import Component
+from rvjax.nussbaum import GAINS
+from rvjax.spec import Model, Quantity, flag, option, part, scalar
+from rvjax.state import Numbers, Report, Seen
+
+
+class Gains(Model):
+    """Numbers of the law. Rates of adaptation in the units that the equations give them."""
+
+    k1: Quantity = scalar("1/s", default=0.06, above=0.0, doc="position gain k₁, 1/s")
+    v_max_m_s: Quantity = scalar("m/s", default=0.6, above=0.0, doc="largest virtual approach speed (shaped law)")
+    k_sigma: Quantity = scalar("rad/s", default=0.25, above=0.0, doc="attitude gain k_σ, rad/s per unit of MRP")
+    k2_force: Quantity = scalar("N·s/m", default=40.0, above=0.0, doc="velocity gain K₂ of the force channels, N·s/m")
+    k2_torque: Quantity = scalar("N·m·s", default=15.0, above=0.0, doc="rate gain K₂ of the torque channels, N·m·s")
+    k3: Quantity = scalar("1/s", default=2.0, above=0.0, doc="wrench gain K₃, 1/s")
+    kappa: Quantity = scalar("1/s", default=0.5, above=0.0, doc="leak κ of the augmented state, 1/s")
+    gamma_chi: Quantity = scalar("1", default=0.02, at_least=0.0, doc="rate γ_χ of the Nussbaum arguments")
+    gamma_bound: Quantity = scalar("1", default=6.0, at_least=0.0, doc="rate γ_D of the disturbance bounds D̂")
+    bound_share: Quantity = scalar("1", default=0.5, at_least=0.0, doc="ceiling of D̂ as a share of the mean limit")
+    gamma_mass: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the mass estimate, kg·s²/m²")
+    gamma_inertia: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the inertia estimate, kg·m²·s²")
+    epsilon_force: Quantity = scalar("m/s", default=1e-4, above=0.0, doc="width ε of the force channels, m/s")
+    epsilon_torque: Quantity = scalar("rad/s", default=2e-5, above=0.0, doc="width ε of the torque channels, rad/s")
+    epsilon_decay: Quantity = scalar("1/s", default=0.01, above=0.0, doc="decay a of ε(t) = ε e^{−at} where it decays")
+    levant_share: Quantity = scalar("1/s²", default=0.2, above=0.0, doc="Levant's L as a share of the mean limit, 1/s²")
+    filter_rad_s: Quantity = scalar("rad/s", default=5.0, above=0.0, doc="bandwidth of the filtered derivative")
+    clip_share: Quantity = scalar("1", default=0.95, above=0.0, at_most=1.0, doc="clip of α₂ as a share of the nominal limits")
+    mass_guess_kg: Quantity = scalar("kg", default=70.0, above=0.0, doc="m̂(0)")
+    mass_min_kg: Quantity = scalar("kg", default=20.0, above=0.0, doc="lower bound of m̂")
+    mass_max_kg: Quantity = scalar("kg", default=300.0, above=0.0, doc="upper bound of m̂")
+    inertia_guess_kgm2: Quantity = scalar("kg·m²", default=15.0, above=0.0, doc="Ĵ(0) = this · I")
+    moment_min_kgm2: Quantity = scalar("kg·m²", default=3.0, above=0.0, doc="lower bound of the diagonal of Ĵ")
+    moment_max_kgm2: Quantity = scalar("kg·m²", default=60.0, above=0.0, doc="upper bound of the diagonal of Ĵ")
+    product_max_kgm2: Quantity = scalar("kg·m²", default=5.0, at_least=0.0, doc="bound of the off-diagonal entries of Ĵ")
+
+
+class Parameters(Model):
+    """Which parts of the law fly; the gains."""
+
+    shaped: bool = flag(default=True, doc="virtual velocity and wrench kept inside the limits (false: the textbook law)")
+    nussbaum: Literal["exp-cos", "quadratic-cos", "none"] = option(default="exp-cos", doc="Nussbaum gain N(χ)")
+    derivative: Literal["levant", "filtered", "none"] = option(default="levant", doc="derivative of the virtual wrench")
+    epsilon: Literal["constant", "decaying"] = option(default="constant", doc="width ε of the robust term over time")
+    adapt_parameters: bool = flag(default=True, doc="adapt m̂ and Ĵ")
+    adapt_bound: bool = flag(default=True, doc="adapt the disturbance bounds D̂")
+    gains: Gains = part(default={}, doc="gains")
+
+
+class Control(NamedTuple):
+    """v [N, N·m], χ, m̂ [kg], Ĵ [kg·m²], D̂ [N, N·m], ζ₀ and ζ₁ of the differentiator."""
+
+    v: Channels
+    chi: Channels
+    mass: Scalar
+    inertia: Symmetric
+    bound: Channels
+    zeta0: Channels
+    zeta1: Channels
+
+
+def start(options: Parameters, seen: Seen, gains: Numbers) -> Control:
+    """v = χ = D̂ = ζ₁ = 0, m̂ and Ĵ = Ĵ₀ I from the gains, ζ₀ = α₂(0)."""
+    zero = seen.upper * 0.0
+    inertia = Symmetric.of(gains.inertia_guess_kgm2, gains.inertia_guess_kgm2 * 0.0)
+    state = Control(zero, zero, gains.mass_guess_kg, inertia, zero, zero, zero)
+    return state._replace(zeta0=virtual_wrench(options, seen, state, gains)[0])
+
+
+def virtual_wrench(options: Parameters, seen: Seen, state: Control, gains: Numbers) -> tuple[Channels, Control]:
+    """α₂, and the rates of m̂, Ĵ and D̂ (the other rates zero)."""
+    now = tracking(options.shaped, seen, gains)
+    fade = jnp.exp(-gains.epsilon_decay * seen.t) if options.epsilon == "decaying" else 1.0
+    width = Channels.pair(gains.epsilon_force, gains.epsilon_torque) * fade
+    reach = each(lambda z, e: jnp.sqrt(z * z + e * e), now.z2, width)
+    feedback = Channels.pair(gains.k2_force, gains.k2_torque) * now.z2 + state.bound * now.z2 / reach
+    raw = -(model(now, state.mass, state.inertia) + feedback)
+    alpha2, free = raw, now.z2
+    if options.shaped:
+        alpha2 = each(jnp.clip, raw, seen.lower * -gains.clip_share, seen.upper * gains.clip_share)
+        free = each(lambda z, a, b: jnp.where(a == b, z, 0.0), now.z2, raw, alpha2)
+
+    rates = jax.tree.map(lambda x: x * 0.0, state)
+    if options.adapt_parameters:
+        mass_rate, inertia_rate = gradient(now, free)
+        low, high, product = gains.moment_min_kgm2, gains.moment_max_kgm2, gains.product_max_kgm2
+        floor, ceiling = Symmetric.of(low, -product), Symmetric.of(high, product)
+        rates = rates._replace(
+            mass=project(state.mass, gains.gamma_mass * mass_rate, gains.mass_min_kg, gains.mass_max_kg),
+            inertia=each(project, state.inertia, inertia_rate * gains.gamma_inertia, floor, ceiling),
+        )
+    if options.adapt_bound:
+        growth = free * free / reach * gains.gamma_bound
+        rates = rates._replace(bound=each(project, state.bound, growth, 0.0, mean_limit(seen) * gains.bound_share))
+    return alpha2, rates
+
+
+def respond(options: Parameters, seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+    """v, and the rate of (v, χ, θ̂, D̂, ζ)."""
+    alpha2, rates = virtual_wrench(options, seen, state, gains)
+    limit = mean_limit(seen)
+    derivative, zeta0_rate, zeta1_rate = split(
+        DIFFERENTIATORS[options.derivative],
+        alpha2,
+        state.zeta0,
+        state.zeta1,
+        limit * gains.levant_share,
+        gains.filter_rad_s,
+    )
+    h, slope = saturate(state.v)
+    z3 = h - alpha2
+    wanted = slope * state.v * gains.kappa + derivative - z3 * gains.k3
+    rate = rates._replace(
+        v=each(GAINS[options.nussbaum], state.chi) * wanted - state.v * gains.kappa,
+        chi=z3 / limit * (wanted / limit) * gains.gamma_chi,
+        zeta0=zeta0_rate,
+        zeta1=zeta1_rate,
+    )
+    guess = gains.inertia_guess_kgm2
+    drift = jnp.maximum(
+        jnp.abs(state.mass / gains.mass_guess_kg - 1.0),
+        largest(each(jnp.abs, (state.inertia - Symmetric.of(guess, 0.0)) / guess)),
+    )
+    signals = {"alpha2": alpha2, "bound": state.bound, "mass_kg": state.mass, "inertia_kgm2": state.inertia}
+    return Response(state.v, rate, Report(state.chi, drift, signals))
+
+
+def mean_limit(seen: Seen) -> Channels:
+    """u = (u⁺ + u⁻)/2 of the nominal limits."""
+    return (seen.upper + seen.lower) * 0.5
+
+
+def build(parameters: Parameters) -> Law:
+    """The law with its options fixed."""
+    return Law(partial(start, parameters), partial(respond, parameters))
+
+
+COMPONENT = Component(Parameters, build)

@@ -1,0 +1,9 @@
+"""Disturbances: one file = one member. A component's `build(parameters)` gives a `Disturbance` (`rvjax.closed_loop`)."""
+
+from __future__ import annotations
+
+MEMBERS = {
+    "constant": "rvjax.disturbances.constant",
+    "sinusoid": "rvjax.disturbances.sinusoid",
+    "gravity-gradient": "rvjax.disturbances.gravity_gradient",
+}

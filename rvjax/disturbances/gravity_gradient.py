@@ -1,0 +1,27 @@
+"""Gravity-gradient torque on the pursuer.
+
+    d_τ = 3μ/|r|⁵ r×Jr,   r: from the Earth's centre to the pursuer, in P;   J: the true inertia
+
+P. Hughes, "Spacecraft attitude dynamics", 2004, §8.1.
+"""
+
+from __future__ import annotations
+
+from rvjax.algebra import Channels, Scalar
+from rvjax.dynamics import Relative, gravity_gradient
+from rvjax.family import Component
+from rvjax.spec import Model
+from rvjax.state import Motion, Numbers, Plant
+
+
+class Parameters(Model):
+    """None: the torque follows from the motion."""
+
+
+def disturbance(t: Scalar, motion: Motion, known: Relative, plant: Plant, numbers: Numbers) -> Channels:
+    """(0, 3μ/|r|⁵ r×Jr)."""
+    del t, numbers
+    return Channels(motion.rho * 0.0, gravity_gradient(known.position, plant.inertia))
+
+
+COMPONENT = Component(Parameters, lambda parameters: disturbance)

@@ -1,0 +1,33 @@
+"""Sinusoidal disturbance wrench on the pursuer, with its own amplitude, rate and phase in every channel.
+
+    dᵢ(t) = aᵢ sin(wᵢ t + φᵢ),   fixed in P
+"""
+
+from __future__ import annotations
+
+import jax.numpy as jnp
+
+from rvjax.algebra import Channels, Scalar, each
+from rvjax.dynamics import Relative
+from rvjax.family import Component
+from rvjax.spec import Model, Quantity, channels, vector
+from rvjax.state import Motion, Numbers, Plant
+
+
+class Parameters(Model):
+    """Amplitude, angular frequency and phase, channel by channel."""
+
+    force_N: Quantity = vector("N", default=0.0, doc="amplitude of the force channels")
+    torque_Nm: Quantity = vector("N·m", default=0.0, doc="amplitude of the torque channels")
+    rate_rad_s: Quantity = channels("rad/s", doc="angular frequency w")
+    phase_rad: Quantity = channels("rad", key="phase_deg", default={"uniform": [0.0, 360.0]}, doc="phase φ at t = 0")
+
+
+def disturbance(t: Scalar, motion: Motion, known: Relative, plant: Plant, numbers: Numbers) -> Channels:
+    """aᵢ sin(wᵢ t + φᵢ)."""
+    del motion, known, plant
+    amplitude = Channels(numbers.force_N, numbers.torque_Nm)
+    return each(lambda a, w, phi: a * jnp.sin(w * t + phi), amplitude, numbers.rate_rad_s, numbers.phase_rad)
+
+
+COMPONENT = Component(Parameters, lambda parameters: disturbance)

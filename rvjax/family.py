@@ -1,0 +1,52 @@
+"""Families of components: what there is under which name.
+
+A family is a package whose `MEMBERS` is a literal table from the name in a campaign to the module that holds the component as
+`COMPONENT`. Other installed packages add members through entry points of the group `rvjax.<family>`. A name that two of them
+claim is an error that names both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any, Generic, TypeVar
+
+from rvjax.errors import UsageError
+from rvjax.spec import Model
+
+FAMILIES = ("controllers", "disturbances", "faults", "metrics")
+
+P = TypeVar("P", bound=Model)
+
+
+@dataclass(frozen=True)
+class Component(Generic[P]):
+    """parameters: what a campaign may say. build(parameters) → the function or functions that fly."""
+
+    parameters: type[P]
+    build: Callable[[P], Any]
+
+
+def members(family: str) -> Mapping[str, str]:
+    """Name → where it comes from, in the order of the table; members of other packages after our own.
+
+    Errors: UsageError if two packages claim one name.
+    """
+    table = dict(import_module(f"rvjax.{family}").MEMBERS)
+    for entry in entry_points(group=f"rvjax.{family}"):
+        if entry.name in table:
+            raise UsageError(f"two components claim the name {entry.name!r} in rvjax.{family}: {table[entry.name]} and {entry.value}")
+        table[entry.name] = entry.value
+    return table
+
+
+def module_of(family: str, name: str) -> Any:
+    """The module of a member; its docstring is the member's manual page."""
+    return import_module(members(family)[name].partition(":")[0])
+
+
+def component(family: str, name: str) -> Component[Any]:
+    """The member `name`, which must exist."""
+    return module_of(family, name).COMPONENT
