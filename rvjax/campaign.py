@@ -1,0 +1,175 @@
+"""A campaign resolved: which functions fly (structure), and which quantities are drawn or fixed (numbers).
+
+    campaigns/x.yaml ─load→ Spec ─resolve→ Problem
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from rvjax.algebra import CHANNELS
+from rvjax.closed_loop import Loop
+from rvjax.columns import Column
+from rvjax.errors import CampaignError, Finding
+from rvjax.family import component, members
+from rvjax.metrics.interface import Metric
+from rvjax.saturation import SATURATIONS
+from rvjax.spec import Model, Quantity, Source, Spec, parse, validate
+from rvjax.spec.distributions import Fixed
+from rvjax.spec.notation import did_you_mean
+from rvjax.spec.values import Place, describe, is_list, is_mapping
+
+NEVER = Fixed(sys.float_info.max)
+"""Onset [s] of a fault on a channel that the campaign leaves out."""
+
+FAMILY_OF = {"controller": "controllers", "faults": "faults", "disturbances": "disturbances"}
+"""Where the components of a section of the campaign file come from."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """The quantities of one component by field, and the prefix of their names in the draws."""
+
+    prefix: str
+    quantities: Mapping[str, Quantity]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """loop, metrics: what is compiled. controller, faults, disturbances: the numbers that their functions get.
+
+    fingerprint: SHA-256 of everything that decides the draws and the flights.
+    """
+
+    spec: Spec
+    loop: Loop
+    metrics: tuple[Metric, ...]
+    controller: Part
+    faults: tuple[Part, ...]
+    disturbances: tuple[Part, ...]
+    fingerprint: str
+
+    @property
+    def metric_columns(self) -> dict[str, Column]:
+        """The columns `metric.<name>` of the samples table, by metric."""
+        return {name: column for metric in self.metrics for name, column in metric.columns.items()}
+
+
+def load(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
+    """The problem that a campaign file states. overrides: `place=value`, as in `--set`.
+
+    Errors: CampaignError with every finding, each with file, line and column.
+    """
+    spec, findings, source = parse(path, overrides)
+    metrics = tuple(component("metrics", name) for name in members("metrics"))
+    parameters: dict[Place, Model] = {}
+    for section, place, raw in _entries(source):
+        model, more = _parameters(section, place, raw, source)
+        findings += more
+        if model is not None:
+            parameters[place] = model
+    findings += _unknown_metrics(source, [name for metric in metrics for name in metric.columns])
+    if spec is None or findings:
+        raise CampaignError(dict.fromkeys(findings))
+    return _resolve(spec, parameters, metrics)
+
+
+def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metric, ...]) -> Problem:
+    choices = (spec.controller, *spec.faults, *spec.disturbances)
+    part = {choice.path: Part(choice.prefix, parameters[choice.path].quantities()) for choice in choices}
+    build = {
+        choice.path: component(FAMILY_OF[str(choice.path[0])], choice.use).build(parameters[choice.path]) for choice in choices
+    }
+    return Problem(
+        spec=spec,
+        loop=Loop(
+            law=build[spec.controller.path],
+            saturation=SATURATIONS[spec.saturation.use],
+            faults=tuple(build[choice.path] for choice in spec.faults),
+            disturbances=tuple(build[choice.path] for choice in spec.disturbances),
+        ),
+        metrics=metrics,
+        controller=part[spec.controller.path],
+        faults=tuple(part[choice.path] for choice in spec.faults),
+        disturbances=tuple(part[choice.path] for choice in spec.disturbances),
+        fingerprint=spec.fingerprint(parameters),
+    )
+
+
+def _entries(source: Source) -> Iterator[tuple[str, Place, dict[str, Any]]]:
+    """(section, place, what it says) of every component that a file names, whatever else is wrong with the file."""
+    for section in (*FAMILY_OF, "saturation"):
+        given = (source.value or {}).get(section)
+        listed = enumerate(given) if is_list(given) else [(None, given)]
+        for index, raw in listed:
+            if is_mapping(raw) and isinstance(raw.get("use"), str):
+                yield section, (section,) if index is None else (section, index), raw
+
+
+def _parameters(section: str, place: Place, raw: dict[str, Any], source: Source) -> tuple[Model | None, list[Finding]]:
+    """The parameters of one component, or every finding about them."""
+    known = SATURATIONS if section == "saturation" else members(FAMILY_OF[section])
+    use = raw["use"]
+    if use not in known:
+        return None, [source.finding((*place, "use"), f"{describe(use)} is not known here", did_you_mean(use, known))]
+    own = {key: value for key, value in raw.items() if key not in ("use", "name")}
+    if section == "saturation":
+        return validate(Model, own, place, source)
+    faulty, findings = _channels(own.pop("channels", "all"), place, source) if section == "faults" else (None, [])
+    model, more = validate(component(FAMILY_OF[section], use).parameters, own, place, source)
+    if model is not None and faulty is not None:
+        model = _only(model, faulty)
+        more += _late_onsets(model, place, source)
+    return model, findings + more
+
+
+def _channels(given: Any, place: Place, source: Source) -> tuple[tuple[str, ...], list[Finding]]:
+    """The channels that a fault acts on: `all`, or a list of them."""
+    if given == "all":
+        return CHANNELS, []
+    if is_list(given) and given and all(name in CHANNELS for name in given) and len(set(given)) == len(given):
+        return tuple(given), []
+    accepted = f"accepted: all, or a list out of {', '.join(CHANNELS)}, each once"
+    return (), [source.finding((*place, "channels"), f"found {describe(given)}: {given!r:.60}", accepted)]
+
+
+def _only(model: Model, faulty: Sequence[str]) -> Model:
+    """The model with its quantities on the other channels fixed, and their onset never."""
+
+    def masked(name: str, quantity: Quantity) -> Quantity:
+        idle = NEVER if name == "onset_s" else Fixed(0.0)
+        parts = zip(quantity.components, quantity.parts, strict=True)
+        return replace(quantity, parts=tuple(part if channel in faulty else idle for channel, part in parts))
+
+    quantities = model.quantities().items()
+    return model.model_copy(update={name: masked(name, q) for name, q in quantities if q.shape == "channels"})
+
+
+def _late_onsets(model: Model, place: Place, source: Source) -> list[Finding]:
+    """A fault that cannot begin before the flight ends is a mistake."""
+    duration = (source.value or {}).get("horizon", {}).get("duration_s") if is_mapping((source.value or {}).get("horizon")) else None
+    earliest = min(low for low, _ in model.quantities()["onset_s"].supports)
+    if not isinstance(duration, (int, float)) or earliest < duration:
+        return []
+    found = f"the earliest onset of {earliest:g} s is not before the end of the flight"
+    return [source.finding((*place, "onset_s"), found, f"accepted: an onset below {duration:g} s")]
+
+
+def _unknown_metrics(source: Source, names: Sequence[str]) -> list[Finding]:
+    """Requirements on metrics that no flight gives, or on a channel of a metric that has none."""
+    required = (source.value or {}).get("require")
+    findings: list[Finding] = []
+    bare = dict.fromkeys(name.partition(".")[0] for name in names)
+    for index, raw in enumerate(required if is_list(required) else []):
+        if not is_mapping(raw) or not isinstance(metric := raw.get("metric"), str):
+            continue
+        place = ("require", index)
+        if metric not in bare:
+            findings.append(source.finding((*place, "metric"), f"{describe(metric)} is no metric", did_you_mean(metric, bare)))
+        elif "channel" in raw and f"{metric}.any" not in names:
+            findings.append(source.finding((*place, "channel"), f"{metric} has no channels", "accepted: no channel here", key=True))
+    return findings

@@ -1,0 +1,175 @@
+"""Draws: the numbers of given samples, from the quantities of a problem.
+
+    Problem, samples ─draw→ columns `draw.<path>` (what the table shows) and `Drawn` (what flies)
+
+A component of a quantity is drawn from the stream of its own name, a joint distribution from the stream of the quantity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.algebra import CHANNELS, Channels, Symmetric, Vector, inverse, rotate, rotation
+from rvjax.campaign import Part, Problem
+from rvjax.closed_loop import Drawn
+from rvjax.columns import Column
+from rvjax.dynamics import MU_EARTH
+from rvjax.metrics.interface import Rules
+from rvjax.spec import Quantity
+from rvjax.spec.distributions import Direction
+from rvjax.spec.inertia import Inertia, MatrixInertia
+from rvjax.state import Motion, Numbers, Plant, TargetMotion
+from rvjax.streams import uniforms
+
+Values = NDArray[np.float64]
+
+
+@dataclass
+class Draws:
+    """Draws quantities for some samples and keeps, by name, what was drawn. Fixed numbers are not kept."""
+
+    seed: int
+    samples: NDArray[np.int64]
+    values: dict[str, Values] = field(default_factory=dict[str, Values])
+    columns: dict[str, Column] = field(default_factory=dict[str, Column])
+
+    def parts(self, name: str, quantity: Quantity) -> tuple[Values, ...]:
+        """The components of a quantity, each of shape (samples,), in SI."""
+        names = [f"{name}.{component}" for component in quantity.components] or [name]
+        if quantity.joint is not None:
+            block = quantity.joint.ppf(uniforms(self.seed, name, self.samples)[:, : quantity.joint.uniforms])
+            drawn = tuple(np.asarray(block)[:, index] for index in range(len(names)))
+            varies = [True] * len(names)
+        else:
+            varies = [part.uniforms > 0 for part in quantity.parts]
+            drawn = tuple(
+                part.ppf(uniforms(self.seed, own, self.samples)[:, 0]) if random else self.same(part.low)
+                for own, part, random in zip(names, quantity.parts, varies, strict=True)
+            )
+        for own, random, values in zip(names, varies, drawn, strict=True):
+            if random:
+                self.values[own] = values
+                self.columns[own] = Column(f"draw.{own}", quantity.unit, quantity.doc)
+        return drawn
+
+    def take(self, name: str, quantity: Quantity) -> Any:
+        """A quantity as the number, Vector or Channels that flies."""
+        drawn = self.parts(name, quantity)
+        return {"scalar": lambda: drawn[0], "vector": lambda: Vector(*drawn), "channels": lambda: Channels.of(drawn)}[quantity.shape]()
+
+    def same(self, value: float) -> Values:
+        """One number for every sample."""
+        return np.full(len(self.samples), value, dtype=np.float64)
+
+    def numbers(self, part: Part, below: str = "") -> Numbers:
+        """The numbers of a component; below: the part of it under this name only (`gains`)."""
+        prefix = f"{below}." if below else ""
+        return Numbers(
+            {name.removeprefix(prefix): self.take(f"{part.prefix}.{name}", quantity) for name, quantity in part.quantities.items()}
+        )
+
+    @classmethod
+    def of(cls, problem: Problem, samples: NDArray[np.int64]) -> tuple[Self, Drawn]:
+        """Everything about the given samples: the draws by name, and what flies."""
+        draws = cls(problem.spec.seed, samples)
+        return draws, _drawn(problem, draws)
+
+
+def _drawn(problem: Problem, draws: Draws) -> Drawn:
+    spec = problem.spec
+    start, actuators = spec.start, spec.actuators.quantities("actuators")
+    upper = draws.take("actuators.upper", spec.actuators.upper)
+    lower = draws.take("actuators.lower", spec.actuators.lower)
+    port = draws.take("target.port_m", spec.target.port_m)
+    inertia = _inertia("pursuer.inertia_kgm2", spec.pursuer.inertia_kgm2, draws)
+    target_inertia = _inertia("target.inertia_kgm2", spec.target.inertia_kgm2, draws)
+    faults = tuple(draws.numbers(part) for part in problem.faults)
+    return Drawn(
+        plant=Plant(
+            mass=draws.take("pursuer.mass_kg", spec.pursuer.mass_kg),
+            inertia=inertia,
+            inertia_inverse=inverse(inertia),
+            upper=upper * draws.take("actuators.spread.upper", actuators["actuators.spread.upper"]),
+            lower=lower * draws.take("actuators.spread.lower", actuators["actuators.spread.lower"]),
+            target_inertia=target_inertia,
+            target_inertia_inverse=inverse(target_inertia),
+            port=port,
+        ),
+        motion=Motion(
+            draws.take("start.rho_m", start.rho_m),
+            draws.take("start.nu_m_s", start.nu_m_s),
+            draws.take("start.sigma", start.sigma),
+            draws.take("start.omega_rad_s", start.omega_rad_s),
+        ),
+        target=_target(problem, draws),
+        upper=upper,
+        lower=lower,
+        faults=faults,
+        disturbances=tuple(draws.numbers(part) for part in problem.disturbances),
+        gains=draws.numbers(problem.controller, below="gains"),
+        rules=_rules(problem, draws, port, faults),
+    )
+
+
+def _inertia(name: str, inertia: Inertia, draws: Draws) -> Symmetric:
+    """J = [Jxx Jxy Jxz; …] from its entries, or J = T diag(J₁, J₂, J₃) Tᵀ, T by the tilt about a uniformly drawn axis."""
+    if isinstance(inertia, MatrixInertia):
+        moments = draws.parts(f"{name}.moments", inertia.moments)
+        return Symmetric(*moments, *draws.parts(f"{name}.products", inertia.products))
+    moments = draws.parts(f"{name}.principal", inertia.principal)
+    if inertia.tilt_rad.is_fixed and not inertia.tilt_rad.parts[0].high:
+        return Symmetric(*moments, *(draws.same(0.0),) * 3)
+    tilt = draws.take(f"{name}.tilt_rad", inertia.tilt_rad)
+    direction = Quantity("vector", (), Direction(1.0), "1", "axis of the tilt of the principal axes")
+    turn = rotation(draws.take(f"{name}.axis", direction) * np.tan(0.25 * tilt))
+    rows = [turn.a, turn.b, turn.c]
+
+    def entry(i: int, j: int) -> Values:
+        return sum(m * p * q for m, p, q in zip(moments, rows[i].parts(), rows[j].parts(), strict=True))
+
+    return Symmetric(*(entry(i, j) for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))))
+
+
+def _target(problem: Problem, draws: Draws) -> TargetMotion:
+    """The target at t = 0, resolved in T, from Kepler elements in the perifocal frame.
+
+    r = p/(1 + e cos θ) (cos θ, sin θ, 0),   v = √(μ/p) (−sin θ, e + cos θ, 0),   p = a(1 − e²)
+    """
+    target = problem.spec.target
+    eccentricity = draws.take("target.orbit.eccentricity", target.orbit.eccentricity)
+    axis = draws.take("target.orbit.semi_major_axis_m", target.orbit.semi_major_axis_m)
+    anomaly = draws.take("target.orbit.true_anomaly_rad", target.orbit.true_anomaly_rad)
+    turn = rotation(draws.take("target.attitude_mrp", target.attitude_mrp))
+    parameter = axis * (1.0 - eccentricity**2)
+    cos, sin, zero = np.cos(anomaly), np.sin(anomaly), draws.same(0.0)
+    distance, speed = parameter / (1.0 + eccentricity * cos), np.sqrt(MU_EARTH / parameter)
+    return TargetMotion(
+        r=rotate(turn, Vector(distance * cos, distance * sin, zero)),
+        v=rotate(turn, Vector(-speed * sin, speed * (eccentricity + cos), zero)),
+        w=draws.take("target.rate_rad_s", target.rate_rad_s),
+    )
+
+
+def _rules(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, ...]) -> Rules:
+    """What the metrics measure against. Without a docking axis (δ = 0) nothing is outside the approach cone."""
+    spec = problem.spec
+    duration = spec.horizon.duration_s
+    last = draws.same(-np.inf)
+    for fault in faults:
+        for onset in fault.onset_s.parts():
+            last = np.where(onset <= duration, np.maximum(last, onset), last)
+    length = np.sqrt(sum(part**2 for part in port.parts()))
+    return Rules(
+        tube_m=draws.same(spec.capture.position_m),
+        tube_mrp=draws.same(spec.capture.attitude_mrp),
+        window_s=draws.same(duration - spec.capture.window_s),
+        duration_s=draws.same(duration),
+        last_onset_s=last,
+        cone=np.where(length > 0.0, np.cos(spec.corridor.half_angle_rad), -2.0),
+        axis=port / np.where(length > 0.0, length, 1.0),
+        step_s=draws.same(spec.horizon.step_s),
+    )

@@ -1,0 +1,65 @@
+"""What the bits of a run are a function of (identity), and what else is worth knowing about it (provenance)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import sys
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import rvjax
+from rvjax import process
+from rvjax.batch import LANES
+from rvjax.campaign import Problem
+
+DECIDING = ("jax", "jaxlib", "numpy", "scipy")
+"""Packages whose version may change the last bits."""
+
+NOT_FLYING = ("cli", "report", "results", "sections", "check.py", "stats.py")
+"""Parts of this package that no number of a flight depends on."""
+
+
+def identity(problem: Problem) -> dict[str, Any]:
+    """Everything that decides the bits of a chunk, apart from its number. Needs a configured process; starts JAX."""
+    return {
+        "campaign": problem.fingerprint,
+        "seed": problem.spec.seed,
+        "rvjax": rvjax.__version__,
+        "code": _code(),
+        "packages": {name: version(name) for name in DECIDING},
+        "lanes": LANES,
+        **process.settings(),
+    }
+
+
+def short(identity: Mapping[str, Any]) -> str:
+    """Twelve characters that tell one identity from another: the name of a run's folder."""
+    return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:12]
+
+
+def provenance(command: list[str]) -> dict[str, Any]:
+    """When, with what and by which command; changes no number."""
+    return {
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": command,
+        "python": sys.version.split()[0],
+        "system": f"{platform.system()} {platform.machine()}",
+        "cores": process.cores(),
+        "packages": {name: version(name) for name in ("jax", "jaxlib", "matplotlib", "numpy", "pandas", "pyarrow", "scipy")},
+    }
+
+
+def _code() -> str:
+    """SHA-256 over the source of everything that flies."""
+    root = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        name = path.relative_to(root)
+        if name.parts[0] not in NOT_FLYING:
+            digest.update(str(name).encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]

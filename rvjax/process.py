@@ -1,0 +1,44 @@
+"""The one place where this process is configured for flying: before JAX starts its backend, or not at all.
+
+Settings (part of a run's identity):
+    precision      float64 or float32 for everything that flies
+    XLA_FLAGS      multi-output fusion, without which XLA's CPU fusion copies shared terms of the equations over and over
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Literal
+
+Precision = Literal["float64", "float32"]
+
+XLA_FLAGS = ("--xla_backend_extra_options=xla_cpu_use_multi_output_fusion=true",)
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def configure(precision: Precision = "float64") -> None:
+    """Configures JAX for flying, without starting it. Call it before anything in the process uses JAX; the precision can be
+    changed later, the compiler settings cannot.
+    """
+    flags = os.environ.get("XLA_FLAGS", "").split()
+    os.environ["XLA_FLAGS"] = " ".join(flags + [flag for flag in XLA_FLAGS if flag not in flags])
+
+    import jax
+
+    jax.config.update("jax_enable_x64", precision == "float64")
+
+
+def settings() -> dict[str, object]:
+    """What of the process decides about bits: goes into the identity of a run."""
+    import jax
+
+    return {
+        "precision": "float64" if jax.config.jax_enable_x64 else "float32",
+        "device": jax.devices()[0].platform,
+        "device_kind": jax.devices()[0].device_kind,
+        "xla_flags": os.environ.get("XLA_FLAGS", ""),
+    }

@@ -1,0 +1,139 @@
+"""The pipeline: a campaign file becomes a run folder with its report.
+
+    campaigns/x.yaml ─load→ Spec ─resolve→ Problem ─draw→ Batch ─fly→ Flights ─columns→ Table ─write→ run folder ─→ report
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax import process, report, tables
+from rvjax.batch import LANES, Flown, Flyer
+from rvjax.campaign import Problem, load
+from rvjax.draw import Draws
+from rvjax.identity import identity, provenance, short
+from rvjax.replay import trace
+from rvjax.results import RunFolder
+from rvjax.results.manifest import NAME as MANIFEST
+from rvjax.sections.opened import open_run
+from rvjax.sections.worst import worst_first
+
+ENVELOPE_CHUNKS = 8
+"""Envelopes over time are kept of the first so many chunks, whose samples are drawn like all others."""
+
+ENVELOPE_INSTANTS = 120
+TRACE_ROWS = 600
+WORST = 10
+
+Progress = Callable[[int, int], None]
+"""Called with the samples flown so far, and all samples requested."""
+
+
+def run(
+    path: str | Path,
+    out: str | Path | None = None,
+    overrides: Sequence[str] = (),
+    progress: Progress | None = None,
+    command: Sequence[str] = (),
+) -> Path:
+    """Flies a campaign into a run folder, keeps the traces of its worst samples and writes the report; returns the folder.
+
+    out: the folder, default `reports/<name>/<identity>`. A folder with the same identity is gone on with: only what is missing
+    is flown. overrides: `place=value`, as in `--set`. command: what to record as the command.
+
+    Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another run; IncompleteError
+    where the disk refuses.
+    """
+    problem = load(path, overrides)
+    process.configure(problem.spec.precision)
+    mine = identity(problem)
+    samples = problem.spec.samples
+    place = Path(out) if out is not None else Path("reports") / problem.spec.name / short(mine)
+    if (place / MANIFEST).exists():
+        folder = RunFolder.resume(place, mine, samples)
+    else:
+        text = problem.spec.source.text
+        folder = RunFolder.create(place, mine, provenance(list(command)), text, samples, problem.spec.name)
+    with folder:
+        fly(problem, folder, progress or (lambda done, total: None))
+        keep_worst(problem, folder)
+    report.build(place)
+    return place
+
+
+def fly(problem: Problem, folder: RunFolder, progress: Progress) -> None:
+    """Flies the chunks that the folder lacks, one thread a core, and commits each as it comes; memory holds a few at a time."""
+    samples = problem.spec.samples
+    missing = folder.missing(math.ceil(samples / LANES))
+    if not missing:
+        return
+    done = samples - sum(_count(problem, chunk) for chunk in missing)
+    flyer = Flyer(problem.loop, problem.metrics)
+    progress(done, samples)
+    with ThreadPoolExecutor(process.cores()) as threads:
+        todo, flying = deque(missing), deque[Future[_Chunk]]()
+        try:
+            while todo or flying:
+                while todo and len(flying) < 2 * process.cores():
+                    flying.append(threads.submit(_fly_chunk, problem, flyer, todo.popleft()))
+                done += _commit(problem, folder, flying.popleft().result())
+                progress(done, samples)
+        finally:
+            for future in flying:
+                future.cancel()
+
+
+def keep_worst(problem: Problem, folder: RunFolder) -> None:
+    """Flies the worst samples again, thinned, and keeps their traces."""
+    run = open_run(folder.path)
+    worst = [int(run.frame["sample"].iloc[row]) for row in worst_first(run)[:WORST]]
+    every = math.ceil(problem.spec.horizon.steps / TRACE_ROWS)
+    if set(worst) - folder.traces().keys():
+        for sample, (frame, columns) in trace(problem, worst, every, run.frame).items():
+            folder.write_trace(sample, frame, columns)
+
+
+class _Chunk(NamedTuple):
+    chunk: int
+    draws: Draws
+    flown: Flown
+
+
+def _fly_chunk(problem: Problem, flyer: Flyer, chunk: int) -> _Chunk:
+    """Draws and flies one chunk."""
+    draws, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES, dtype=np.int64))
+    flown = flyer.fly(drawn, problem.spec.horizon.steps, _every(problem), glance=chunk < ENVELOPE_CHUNKS)
+    return _Chunk(chunk, draws, flown)
+
+
+def _commit(problem: Problem, folder: RunFolder, flown: _Chunk) -> int:
+    """Writes a chunk and returns how many samples it holds. Lanes behind the last sample are dropped."""
+    rows = slice(0, _count(problem, flown.chunk))
+    if flown.chunk < ENVELOPE_CHUNKS:
+        frame = tables.envelope_table(flown.flown, _instants(problem), flown.draws.samples, rows)
+        folder.write_envelope(flown.chunk, frame, tables.ENVELOPE)
+    folder.commit(flown.chunk, *tables.samples_table(problem, flown.draws, flown.flown, rows))
+    return rows.stop
+
+
+def _count(problem: Problem, chunk: int) -> int:
+    """Samples of a chunk: all its lanes, fewer in the last one."""
+    return min(LANES, problem.spec.samples - chunk * LANES)
+
+
+def _every(problem: Problem) -> int:
+    return math.ceil(problem.spec.horizon.steps / ENVELOPE_INSTANTS)
+
+
+def _instants(problem: Problem) -> NDArray[np.float64]:
+    """Times of the observed steps [s], the last step always among them."""
+    steps = problem.spec.horizon.steps
+    return np.array([*range(0, steps, _every(problem)), steps]) * problem.spec.horizon.step_s
