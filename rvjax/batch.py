@@ -8,8 +8,9 @@ another, so a flight, its envelope and its replay run the very same code.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import CancelledError
 from functools import partial
-from threading import Lock
+from threading import Event, Lock
 from typing import Any, NamedTuple
 
 import jax
@@ -59,12 +60,14 @@ class Flyer:
         self._finish = compiled(partial(flight.finish, evaluate, metrics), 0, 0, None)
         self._first = Lock()
         self._warm = False
+        self._stopped = Event()
 
     def fly(self, drawn: Drawn, steps: int, every: int, glance: bool = False, trace: Sequence[int] = ()) -> Flown:
         """Flies a chunk to its end.
 
         drawn: host numbers, each of shape (LANES,). every: steps between two observed instants, the last step always among them.
         glance: keep glances. trace: positions of the samples of which every observed step is kept.
+        Raises CancelledError after `stop`.
         """
         numbers = jax.tree.map(jnp.asarray, drawn)
         self._compile(numbers)
@@ -80,12 +83,18 @@ class Flyer:
                 kept.append(self._trace(numbers, carry, k, chosen))
 
         for first in range(0, steps, every):
+            if self._stopped.is_set():
+                raise CancelledError
             observe(first)
             carry = self._advance(numbers, carry, first, min(first + every, steps))
         observe(steps)
         values, lost = self._finish(numbers, carry, steps)
         host = partial(np.asarray, dtype=np.float64)
         return Flown(*(jax.tree.map(host, part) for part in (values, lost, glances, kept)))
+
+    def stop(self) -> None:
+        """Ends every flight of this flyer soon, in whatever thread it is."""
+        self._stopped.set()
 
     def _compile(self, numbers: Drawn) -> None:
         """Compiles by a flight of no steps; other threads wait, so that nothing is compiled twice."""

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from rvjax.algebra import CHANNELS
 from rvjax.closed_loop import Loop
 from rvjax.columns import Column
 from rvjax.errors import CampaignError, Finding
 from rvjax.family import component, members
+from rvjax.faults.interface import FaultParameters
 from rvjax.metrics.interface import Metric
 from rvjax.saturation import SATURATIONS
 from rvjax.spec import Model, Quantity, Source, Spec, parse, validate
@@ -119,40 +119,30 @@ def _parameters(section: str, place: Place, raw: dict[str, Any], source: Source)
     own = {key: value for key, value in raw.items() if key not in ("use", "name")}
     if section == "saturation":
         return validate(Model, own, place, source)
-    faulty, findings = _channels(own.pop("channels", "all"), place, source) if section == "faults" else (None, [])
-    model, more = validate(component(FAMILY_OF[section], use).parameters, own, place, source)
-    if model is not None and faulty is not None:
-        model = _only(model, faulty)
-        more += _late_onsets(model, place, source)
-    return model, findings + more
+    model, findings = validate(component(FAMILY_OF[section], use).parameters, own, place, source)
+    if isinstance(model, FaultParameters):
+        model = _only(model)
+        findings += _late_onsets(model, place, source)
+    return model, findings
 
 
-def _channels(given: Any, place: Place, source: Source) -> tuple[tuple[str, ...], list[Finding]]:
-    """The channels that a fault acts on: `all`, or a list of them."""
-    if given == "all":
-        return CHANNELS, []
-    if is_list(given) and given and all(name in CHANNELS for name in given) and len(set(given)) == len(given):
-        return tuple(given), []
-    accepted = f"accepted: all, or a list out of {', '.join(CHANNELS)}, each once"
-    return (), [source.finding((*place, "channels"), f"found {describe(given)}: {given!r:.60}", accepted)]
-
-
-def _only(model: Model, faulty: Sequence[str]) -> Model:
-    """The model with its quantities on the other channels fixed, and their onset never."""
+def _only(model: FaultParameters) -> FaultParameters:
+    """The fault with its quantities on the channels that it leaves out fixed, and their onset never."""
 
     def masked(name: str, quantity: Quantity) -> Quantity:
         idle = NEVER if name == "onset_s" else Fixed(0.0)
         parts = zip(quantity.components, quantity.parts, strict=True)
-        return replace(quantity, parts=tuple(part if channel in faulty else idle for channel, part in parts))
+        return replace(quantity, parts=tuple(part if channel in model.channels else idle for channel, part in parts))
 
     quantities = model.quantities().items()
     return model.model_copy(update={name: masked(name, q) for name, q in quantities if q.shape == "channels"})
 
 
-def _late_onsets(model: Model, place: Place, source: Source) -> list[Finding]:
+def _late_onsets(model: FaultParameters, place: Place, source: Source) -> list[Finding]:
     """A fault that cannot begin before the flight ends is a mistake."""
-    duration = (source.value or {}).get("horizon", {}).get("duration_s") if is_mapping((source.value or {}).get("horizon")) else None
-    earliest = min(low for low, _ in model.quantities()["onset_s"].supports)
+    horizon = (source.value or {}).get("horizon")
+    duration = horizon.get("duration_s") if is_mapping(horizon) else None
+    earliest = min(low for low, _ in model.onset_s.supports)
     if not isinstance(duration, (int, float)) or earliest < duration:
         return []
     found = f"the earliest onset of {earliest:g} s is not before the end of the flight"
@@ -171,5 +161,5 @@ def _unknown_metrics(source: Source, names: Sequence[str]) -> list[Finding]:
         if metric not in bare:
             findings.append(source.finding((*place, "metric"), f"{describe(metric)} is no metric", did_you_mean(metric, bare)))
         elif "channel" in raw and f"{metric}.any" not in names:
-            findings.append(source.finding((*place, "channel"), f"{metric} has no channels", "accepted: no channel here", key=True))
+            findings.append(source.finding((*place, "channel"), f"{metric} has no channels", "accepted: none", key=True))
     return findings

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Column:
-    """unit: SI, "1" without dimension. better: "lower", "higher", or "" where neither is. Written into the table's metadata."""
+    """unit: SI, "1" for a pure number, "" for a label. better: "lower", "higher", or "" where neither is.
+
+    Written into the metadata of the table.
+    """
 
     name: str
     unit: str

@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax.algebra import CHANNELS, Channels, Symmetric, Vector, inverse, rotate, rotation
+from rvjax.algebra import Channels, Symmetric, Vector, inverse, rotate, rotation
 from rvjax.campaign import Part, Problem
 from rvjax.closed_loop import Drawn
 from rvjax.columns import Column
@@ -59,7 +59,9 @@ class Draws:
     def take(self, name: str, quantity: Quantity) -> Any:
         """A quantity as the number, Vector or Channels that flies."""
         drawn = self.parts(name, quantity)
-        return {"scalar": lambda: drawn[0], "vector": lambda: Vector(*drawn), "channels": lambda: Channels.of(drawn)}[quantity.shape]()
+        if quantity.shape == "scalar":
+            return drawn[0]
+        return Vector(*drawn) if quantity.shape == "vector" else Channels.of(drawn)
 
     def same(self, value: float) -> Values:
         """One number for every sample."""
@@ -68,9 +70,8 @@ class Draws:
     def numbers(self, part: Part, below: str = "") -> Numbers:
         """The numbers of a component; below: the part of it under this name only (`gains`)."""
         prefix = f"{below}." if below else ""
-        return Numbers(
-            {name.removeprefix(prefix): self.take(f"{part.prefix}.{name}", quantity) for name, quantity in part.quantities.items()}
-        )
+        given = part.quantities.items()
+        return Numbers({name.removeprefix(prefix): self.take(f"{part.prefix}.{name}", quantity) for name, quantity in given})
 
     @classmethod
     def of(cls, problem: Problem, samples: NDArray[np.int64]) -> tuple[Self, Drawn]:

@@ -37,7 +37,8 @@ def members(family: str) -> Mapping[str, str]:
     table = dict(import_module(f"rvjax.{family}").MEMBERS)
     for entry in entry_points(group=f"rvjax.{family}"):
         if entry.name in table:
-            raise UsageError(f"two components claim the name {entry.name!r} in rvjax.{family}: {table[entry.name]} and {entry.value}")
+            both = f"{table[entry.name]} and {entry.value}"
+            raise UsageError(f"two components claim the name {entry.name!r} in rvjax.{family}: {both}")
         table[entry.name] = entry.value
     return table
 

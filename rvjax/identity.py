@@ -6,7 +6,7 @@ import hashlib
 import json
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -42,11 +42,12 @@ def short(identity: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:12]
 
 
-def provenance(command: list[str]) -> dict[str, Any]:
-    """When, with what and by which command; changes no number."""
+def provenance(command: Sequence[str], overrides: Sequence[str]) -> dict[str, Any]:
+    """When, with what and by which command; which values of the campaign file were replaced."""
     return {
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": command,
+        "command": list(command),
+        "overrides": list(overrides),
         "python": sys.version.split()[0],
         "system": f"{platform.system()} {platform.machine()}",
         "cores": process.cores(),

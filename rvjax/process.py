@@ -42,3 +42,10 @@ def settings() -> dict[str, object]:
         "device_kind": jax.devices()[0].device_kind,
         "xla_flags": os.environ.get("XLA_FLAGS", ""),
     }
+
+
+def devices() -> list[str]:
+    """JAX's devices by name. Starts JAX."""
+    import jax
+
+    return [str(device) for device in jax.devices()]

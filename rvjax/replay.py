@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,13 +17,16 @@ from rvjax.draw import Draws
 from rvjax.errors import FolderError, UsageError
 from rvjax.identity import identity
 from rvjax.results import RunFolder
+from rvjax.results.folder import CAMPAIGN
 from rvjax.results.manifest import differences
+from rvjax.results.parquet import encode
 
 Trace = tuple[pd.DataFrame, dict[str, Column]]
 
 
-def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFrame, dict[str, Column]]:
-    """Flies one sample of a run again; returns its trace (one row for every so many steps) and the meaning of its columns.
+def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFrame, dict[str, Column], dict[str, Any]]:
+    """Flies one sample of a run again: its trace (one row for every so many steps), the meaning of the trace's columns, and the
+    sample's row of the samples table, which the flight has reproduced exactly.
 
     Errors: UsageError if the run has no such sample; FolderError if the run was flown by other code, packages or settings, or if
     the metrics are not those of the sample's row.
@@ -31,15 +35,28 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
     frame = opened.samples().frame
     if sample not in frame["sample"].to_numpy():
         raise UsageError(f"{folder}: no sample {sample}; accepted: 0 to {opened.requested - 1}, if flown")
-    problem = load(Path(folder) / "campaign.yaml")
+    problem = load(Path(folder) / CAMPAIGN, opened.provenance["overrides"])
     process.configure(problem.spec.precision)
     if differing := differences(opened.identity, identity(problem)):
         what = "\n".join(differing)
         raise FolderError(f"{folder}: was flown by other code, packages or settings, so its flights cannot be repeated\n{what}")
-    return trace(problem, [sample], every, frame)[sample]
+    row = frame.set_index("sample", drop=False).loc[sample].to_dict()
+    return (*trace(problem, Flyer(problem.loop, problem.metrics), [sample], every, frame)[sample], row)
 
 
-def trace(problem: Problem, samples: Sequence[int], every: int, table: pd.DataFrame) -> Mapping[int, Trace]:
+def save(path: Path, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
+    """Writes a trace as Parquet (with units and meanings) or, by its suffix, as CSV. UsageError where that cannot be done."""
+    if path.suffix not in (".parquet", ".csv"):
+        raise UsageError(f"{path}: cannot tell the format; accepted: a name that ends in .parquet or .csv")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        data = encode(frame, columns) if path.suffix == ".parquet" else frame.to_csv(index=False).encode()
+        path.write_bytes(data)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written ({error.strerror}); accepted: a place that can") from error
+
+
+def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, table: pd.DataFrame) -> Mapping[int, Trace]:
     """The traces of some samples, flown together in one chunk. table: the samples table that their metrics must equal.
 
     Errors: FolderError naming the samples whose metrics differ.
@@ -48,7 +65,6 @@ def trace(problem: Problem, samples: Sequence[int], every: int, table: pd.DataFr
         raise UsageError(f"{len(samples)} samples to trace; accepted: at most {LANES}")
     numbers = np.resize(np.asarray(samples, dtype=np.int64), LANES)
     draws, drawn = Draws.of(problem, numbers)
-    flyer = Flyer(problem.loop, problem.metrics)
     flown = flyer.fly(drawn, problem.spec.horizon.steps, every, trace=range(len(samples)))
     again, _ = tables.samples_table(problem, draws, flown, slice(0, len(samples)))
     recorded = table.set_index("sample").loc[list(samples)].reset_index()

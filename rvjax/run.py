@@ -43,11 +43,13 @@ def run(
     overrides: Sequence[str] = (),
     progress: Progress | None = None,
     command: Sequence[str] = (),
+    opened: Callable[[Path], None] | None = None,
 ) -> Path:
     """Flies a campaign into a run folder, keeps the traces of its worst samples and writes the report; returns the folder.
 
     out: the folder, default `reports/<name>/<identity>`. A folder with the same identity is gone on with: only what is missing
     is flown. overrides: `place=value`, as in `--set`. command: what to record as the command.
+    opened: called with the folder once it is there, before anything flies.
 
     Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another run; IncompleteError
     where the disk refuses.
@@ -61,22 +63,25 @@ def run(
         folder = RunFolder.resume(place, mine, samples)
     else:
         text = problem.spec.source.text
-        folder = RunFolder.create(place, mine, provenance(list(command)), text, samples, problem.spec.name)
+        folder = RunFolder.create(place, mine, provenance(command, overrides), text, samples, problem.spec.name)
+    if opened is not None:
+        opened(place)
     with folder:
-        fly(problem, folder, progress or (lambda done, total: None))
-        keep_worst(problem, folder)
+        flyer = Flyer(problem.loop, problem.metrics)
+        fly(problem, flyer, folder, progress or (lambda done, total: None))
+        folder.flush()
+        keep_worst(problem, flyer, folder)
     report.build(place)
     return place
 
 
-def fly(problem: Problem, folder: RunFolder, progress: Progress) -> None:
+def fly(problem: Problem, flyer: Flyer, folder: RunFolder, progress: Progress) -> None:
     """Flies the chunks that the folder lacks, one thread a core, and commits each as it comes; memory holds a few at a time."""
     samples = problem.spec.samples
     missing = folder.missing(math.ceil(samples / LANES))
     if not missing:
         return
     done = samples - sum(_count(problem, chunk) for chunk in missing)
-    flyer = Flyer(problem.loop, problem.metrics)
     progress(done, samples)
     with ThreadPoolExecutor(process.cores()) as threads:
         todo, flying = deque(missing), deque[Future[_Chunk]]()
@@ -86,18 +91,19 @@ def fly(problem: Problem, folder: RunFolder, progress: Progress) -> None:
                     flying.append(threads.submit(_fly_chunk, problem, flyer, todo.popleft()))
                 done += _commit(problem, folder, flying.popleft().result())
                 progress(done, samples)
-        finally:
-            for future in flying:
-                future.cancel()
+        except BaseException:
+            flyer.stop()
+            threads.shutdown(wait=True, cancel_futures=True)
+            raise
 
 
-def keep_worst(problem: Problem, folder: RunFolder) -> None:
+def keep_worst(problem: Problem, flyer: Flyer, folder: RunFolder) -> None:
     """Flies the worst samples again, thinned, and keeps their traces."""
     run = open_run(folder.path)
     worst = [int(run.frame["sample"].iloc[row]) for row in worst_first(run)[:WORST]]
     every = math.ceil(problem.spec.horizon.steps / TRACE_ROWS)
     if set(worst) - folder.traces().keys():
-        for sample, (frame, columns) in trace(problem, worst, every, run.frame).items():
+        for sample, (frame, columns) in trace(problem, flyer, worst, every, run.frame).items():
             folder.write_trace(sample, frame, columns)
 
 

@@ -114,7 +114,7 @@ class Numbers(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         return self._values[name]
 
-    def __iter__(self):  # noqa: ANN204
+    def __iter__(self):
         return iter(self._values)
 
     def __len__(self) -> int:

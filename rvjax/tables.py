@@ -19,7 +19,7 @@ from rvjax.columns import Column
 from rvjax.draw import Draws
 from rvjax.state import Step
 
-OUTCOME_TIME = Column("outcome_time_s", "s", "when the outcome was settled: last settling time, lost flight, or end of the flight")
+OUTCOME_TIME = Column("outcome_time_s", "s", "when the outcome was decided: last settling time, loss, or end of the flight")
 ENVELOPE = {
     column.name: column
     for column in (

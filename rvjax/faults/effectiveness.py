@@ -12,14 +12,14 @@ import jax.numpy as jnp
 
 from rvjax.algebra import Channels, Scalar, each
 from rvjax.family import Component
-from rvjax.spec import Model, Quantity, channels
+from rvjax.faults.interface import FaultParameters
+from rvjax.spec import Quantity, channels
 from rvjax.state import Numbers, Plant
 
 
-class Parameters(Model):
-    """Onset and remaining effectiveness, channel by channel."""
+class Parameters(FaultParameters):
+    """Remaining effectiveness, channel by channel."""
 
-    onset_s: Quantity = channels("s", at_least=0.0, doc="time t_f of the step")
     remaining: Quantity = channels("1", at_least=0.0, at_most=1.0, doc="effectiveness e after the onset")
 
 

@@ -1,0 +1,8 @@
+"""The program `rvjax`: every command is a thin wrapper over a function of the package."""
+
+from __future__ import annotations
+
+from rvjax.cli import about, flying
+from rvjax.cli.app import main
+
+__all__ = ["about", "flying", "main"]

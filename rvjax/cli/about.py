@@ -1,0 +1,116 @@
+"""Commands that fly nothing: init, validate, list, explain, schema, doctor."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rvjax.cli.app import Json, Samples, Seed, Sets, app, overrides
+from rvjax.cli.output import Output
+
+
+@app.command()
+def init(
+    folder: Annotated[Path, typer.Argument(metavar="[DIR]", help="Where to write; default here.")] = Path(),
+    as_json: Json = False,
+) -> int:
+    """Write a commented starter campaign, and the schema that editors complete it with."""
+    from rvjax.starter import write
+
+    output = Output(as_json)
+    campaign, schema = write(folder)
+    output.text(str(campaign), str(schema))
+    output.note(f"fly it with\n  rvjax run {campaign}")
+    output.document({"campaign": str(campaign), "schema": str(schema)})
+    return 0
+
+
+@app.command()
+def validate(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE…", help="Campaign files.")],
+    samples: Samples = None,
+    seed: Seed = None,
+    sets: Sets = None,
+    as_json: Json = False,
+) -> int:
+    """Parse campaigns, check units and ranges, print samples, chunks, estimated time and memory. Flies nothing."""
+    from rvjax.campaign import load
+    from rvjax.cost import Cost, cost
+    from rvjax.errors import CampaignError
+
+    output = Output(as_json)
+    findings = []
+    costs: dict[str, Cost] = {}
+    for file in files:
+        try:
+            costs[str(file)] = cost(load(file, overrides(sets, samples, seed)))
+        except CampaignError as error:
+            findings += error.findings
+    if findings:
+        raise CampaignError(findings)
+    for file, one in costs.items():
+        output.text(f"{file}: {one}")
+    output.document({file: vars(one) for file, one in costs.items()})
+    return 0
+
+
+@app.command("list")
+def list_components(as_json: Json = False) -> int:
+    """The components there are, and where each comes from."""
+    from rvjax import manual
+
+    output = Output(as_json)
+    found = [(family, name, origin, manual.page(family, name).summary) for family, name, origin in manual.components()]
+    for family in dict.fromkeys(row[0] for row in found):
+        rows = [(name, f"{summary}\n{origin}") for own, name, origin, summary in found if own == family]
+        output.table((family, "what it is, and where it comes from"), rows)
+    output.document(
+        {"components": [dict(zip(("family", "name", "from", "summary"), row, strict=True)) for row in found]}
+    )
+    return 0
+
+
+@app.command()
+def explain(
+    name: Annotated[str, typer.Argument(help="A component, a metric, a distribution, or a section of the campaign file.")],
+    as_json: Json = False,
+) -> int:
+    """One component's manual page: equations, source, parameters with units and defaults."""
+    from rvjax import manual
+
+    output = Output(as_json)
+    for page in manual.pages_called(name):
+        output.text(f"{page.name}  ({page.family}, from {page.origin})", "", page.text, "")
+        if page.rows:
+            output.table(("key", "accepted", "default", "meaning"), page.rows)
+        output.document({"name": page.name, "family": page.family, "from": page.origin, "text": page.text, "keys": page.rows})
+    return 0
+
+
+@app.command()
+def schema(as_json: Json = False) -> int:
+    """The JSON Schema of a campaign file, with the parameters of every component."""
+    from rvjax.manual import campaign_schema
+
+    del as_json  # it is JSON anyway
+    print(json.dumps(campaign_schema(), indent=2, ensure_ascii=False))
+    return 0
+
+
+@app.command()
+def doctor(
+    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="A run folder to verify as well.")] = None,
+    as_json: Json = False,
+) -> int:
+    """Versions, devices, settings, and what is wrong with them; with DIR, whether every file of a run is intact."""
+    from rvjax.doctor import examine
+
+    output = Output(as_json)
+    found = examine(folder)
+    output.table(("what", "value"), [(name, str(value)) for name, value in found.facts.items()])
+    output.text(*[f"wrong: {complaint}" for complaint in found.complaints] or ["nothing is wrong"])
+    output.document({"facts": found.facts, "complaints": found.complaints, "exit_code": found.exit_code})
+    return found.exit_code

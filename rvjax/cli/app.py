@@ -1,0 +1,94 @@
+"""Commands, arguments and exit codes. Nothing heavy is imported before a command runs, so that --help is quick."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+import rvjax
+from rvjax.cli.output import Output
+from rvjax.errors import CampaignError, RvjaxError
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Batched Monte-Carlo robustness analysis of spacecraft rendezvous.",
+    epilog="Exit codes: 0 done, every requirement passes; 1 a requirement failed; 2 the command or the campaign is wrong; "
+    "3 undecided; 4 incomplete; 5 a run folder is damaged or another run's; 130, 143 interrupted.",
+)
+
+Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, everything else on stderr.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no hints.")]
+Sets = Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Another value in the campaign; repeatable.")]
+Samples = Annotated[int | None, typer.Option("--samples", min=1, help="Number of samples, instead of the campaign's.")]
+Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed, instead of the campaign's.")]
+Campaign = Annotated[Path, typer.Argument(metavar="FILE", help="A campaign file.")]
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A run folder.")]
+Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="The run folder; default reports/<name>/<identity>.")]
+
+
+class Terminated(BaseException):
+    """SIGTERM came."""
+
+
+def main() -> NoReturn:
+    """Runs the program and exits with its code; a user's mistake ends in a message, never in a traceback."""
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        code = app(standalone_mode=False)
+    except RvjaxError as error:
+        code = _report(error)
+    except typer.Abort:
+        code = 130
+    except KeyboardInterrupt:
+        code = 130
+    except Terminated:
+        code = 143
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    except Exception as error:
+        if not hasattr(error, "format_message"):
+            raise
+        print(f"rvjax: {error.format_message()}\nTry `rvjax --help`.", file=sys.stderr)  # type: ignore[attr-defined]
+        code = 2
+    sys.exit(code if isinstance(code, int) else 0)
+
+
+def _terminate(number: int, frame: Any) -> NoReturn:
+    raise Terminated
+
+
+def _report(error: RvjaxError) -> int:
+    print(error, file=sys.stderr)
+    if "--json" in sys.argv:
+        findings = [vars(finding) for finding in error.findings] if isinstance(error, CampaignError) else []
+        Output(as_json=True).document({"error": str(error), "findings": findings, "exit_code": error.exit_code})
+    return error.exit_code
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"rvjax {rvjax.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def program(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+) -> None:
+    """Nothing is done without a command."""
+
+
+def overrides(sets: list[str] | None, samples: int | None = None, seed: int | None = None) -> list[str]:
+    """--samples and --seed as --set."""
+    numbers = [f"{name}={value}" for name, value in (("samples", samples), ("seed", seed)) if value is not None]
+    return [*(sets or ()), *numbers]

@@ -1,0 +1,117 @@
+"""Commands that fly or judge: run, check, report, replay."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rvjax.cli.app import Campaign, Folder, Json, Out, Quiet, Samples, Seed, Sets, Terminated, app, overrides
+from rvjax.cli.output import Output, verdict_documents
+from rvjax.errors import RvjaxError
+
+
+@app.command()
+def run(
+    file: Campaign,
+    out: Out = None,
+    samples: Samples = None,
+    seed: Seed = None,
+    sets: Sets = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Fly a campaign into a run folder, write the report, print the verdicts. Again on the same folder: resumes."""
+    return fly(file, out, overrides(sets, samples, seed), Output(as_json, quiet))
+
+
+@app.command()
+def check(
+    place: Annotated[Path, typer.Argument(metavar="DIR|FILE", help="A run folder, or a campaign file, which is flown first.")],
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Verdicts on a campaign's requirements, as words and as exit code."""
+    if place.is_file():
+        return fly(place, None, [], Output(as_json, quiet))
+    return judge(place, Output(as_json, quiet))
+
+
+@app.command()
+def report(folder: Folder, as_json: Json = False) -> int:
+    """Make the report again from a run folder alone."""
+    from rvjax.report import build
+
+    output = Output(as_json)
+    page = build(folder)
+    output.text(str(page))
+    output.document({"report": str(page)})
+    return 0
+
+
+@app.command()
+def replay(
+    folder: Folder,
+    sample: Annotated[int, typer.Option("--sample", min=0, help="Number of the sample.")],
+    out: Annotated[Path | None, typer.Option("--out", metavar="F", help="Trace file, .parquet or .csv.")] = None,
+    every: Annotated[int, typer.Option("--every", min=1, help="Keep one step of so many.")] = 1,
+    as_json: Json = False,
+) -> int:
+    """Fly one sample of a run again, with its full trace; its metrics equal the table's row."""
+    from rvjax.replay import replay as fly_again
+    from rvjax.replay import save
+
+    output = Output(as_json)
+    target = out or Path(f"sample-{sample:07d}.parquet")
+    trace, columns, row = fly_again(folder, sample, every)
+    save(target, trace, columns)
+    metrics = {name.removeprefix("metric."): value for name, value in row.items() if name.startswith("metric.")}
+    output.text(f"sample {sample}: {row['outcome']} at {row['outcome_time_s']:.6g} s; {len(trace)} rows in {target}")
+    output.table(("metric", "value"), [(name, f"{value:.6g}") for name, value in metrics.items()])
+    output.document(
+        {"sample": sample, "outcome": row["outcome"], "trace": str(target), "rows": len(trace), "metrics": metrics}
+    )
+    return 0
+
+
+def fly(file: Path, out: Path | None, given: list[str], output: Output) -> int:
+    """Flies a campaign and judges it; when stopped, says what is kept and how to go on."""
+    from rvjax.run import run as fly_campaign
+
+    started = time.monotonic()
+    folder: list[Path] = []
+    try:
+        with output.progress() as progress:
+            fly_campaign(file, out, given, progress, sys.argv, opened=folder.append)
+    except (KeyboardInterrupt, Terminated, RvjaxError) as error:
+        if folder:
+            again = ["rvjax", "run", str(file), "--out", str(folder[0]), *(part for one in given for part in ("--set", one))]
+            what = "stopped" if not isinstance(error, RvjaxError) else "not finished"
+            output.note(f"{what}; what was flown is kept in {folder[0]}. Go on with\n  {shlex.join(again)}")
+        raise
+    output.note(f"done in {time.monotonic() - started:.0f} s")
+    return judge(folder[0], output)
+
+
+def judge(folder: Path, output: Output) -> int:
+    """Prints the verdicts of a run folder; returns the exit code."""
+    from rvjax.check import exit_code, judge_folder
+    from rvjax.results import RunFolder
+
+    verdicts = judge_folder(folder)
+    account = RunFolder.open(folder).account()
+    counts = {name: count for name, count in vars(account).items() if name != "requested"}
+    output.text(
+        f"{account.requested} samples: " + ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in counts.items())
+    )
+    output.verdicts(verdicts)
+    output.text(f"report: {folder / 'report.html'}")
+    code = exit_code(verdicts)
+    output.document(
+        {"folder": str(folder), "account": vars(account), "verdicts": verdict_documents(verdicts), "exit_code": code}
+    )
+    return code

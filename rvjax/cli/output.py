@@ -1,0 +1,138 @@
+"""What the program prints: results on stdout, everything else on stderr; with --json one document on stdout."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rvjax.check import Verdict
+    from rvjax.run import Progress
+
+STYLES = {"PASS": "bold green", "FAIL": "bold red", "UNDECIDED": "bold yellow"}
+
+
+@dataclass(frozen=True)
+class Output:
+    """as_json: one JSON document on stdout. quiet: no progress and no hints."""
+
+    as_json: bool = False
+    quiet: bool = False
+
+    def text(self, *lines: str) -> None:
+        """Lines of the result; nothing with --json."""
+        if not self.as_json:
+            print(*lines, sep="\n")
+
+    def document(self, value: Mapping[str, Any]) -> None:
+        """The result as one JSON document, only with --json; numbers that are not finite are null."""
+        if self.as_json:
+            print(json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False))
+
+    def note(self, text: str) -> None:
+        """Something beside the result, on stderr."""
+        if not self.quiet:
+            print(text, file=sys.stderr)
+
+    def table(self, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        """A plain table as wide as the terminal; nothing with --json."""
+        if self.as_json:
+            return
+        from rich import box
+        from rich.console import Console
+        from rich.table import Table
+        from rich.text import Text
+
+        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold")
+        for position, name in enumerate(head):
+            table.add_column(name, overflow="fold", no_wrap=position == 0)
+        for row in rows:
+            table.add_row(*(Text(cell, style=STYLES.get(cell, "")) for cell in row))
+        Console().print(table)
+
+    def verdicts(self, verdicts: Sequence[Verdict]) -> None:
+        """One row for each requirement; nothing with --json."""
+        if verdicts:
+            self.table(("verdict", "requirement"), [(one.verdict, one.text.removeprefix(f"{one.verdict}: ")) for one in verdicts])
+
+    @contextmanager
+    def progress(self) -> Iterator[Progress]:
+        """Where flights report how far they are: a bar on a terminal, one line for each chunk elsewhere."""
+        if self.quiet:
+            yield lambda done, total: None
+        elif not sys.stderr.isatty():
+            yield _Lines()
+        else:
+            with _bar() as bar:
+                yield bar
+
+
+class _Lines:
+    """One line on stderr for each report."""
+
+    def __init__(self) -> None:
+        self.started = time.monotonic()
+        self.first: int | None = None
+
+    def __call__(self, done: int, total: int) -> None:
+        if self.first is None:
+            self.first = done
+            print(f"flying {total - done} of {total} samples", file=sys.stderr, flush=True)
+            return
+        spent = time.monotonic() - self.started
+        rate = (done - self.first) / max(spent, 1e-9)
+        left = (total - done) / max(rate, 1e-9)
+        print(f"{done}/{total} samples, {rate:.0f} samples/s, {left:.0f} s left", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _bar() -> Iterator[Progress]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
+
+    class Speed(TextColumn):
+        def render(self, task: Any) -> Any:
+            from rich.text import Text
+
+            return Text(f"{task.speed:.0f} samples/s" if task.speed else "compiling")
+
+    columns = (SpinnerColumn(), TextColumn("flying"), BarColumn(), MofNCompleteColumn(), Speed(""), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("flying", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def verdict_documents(verdicts: Sequence[Verdict]) -> list[dict[str, Any]]:
+    """Verdicts as plain values."""
+    return [
+        {
+            "requirement": verdict.requirement.model_dump(exclude_none=True),
+            "verdict": verdict.verdict,
+            "successes": verdict.successes,
+            "samples": verdict.n,
+            "required": verdict.limit,
+            "share": verdict.estimate.value,
+            "share_low": verdict.low_bound,
+            "share_high": verdict.high_bound,
+            "quantile": None if verdict.quantity is None else vars(verdict.quantity),
+            "more_samples": verdict.more,
+            "text": verdict.text,
+        }
+        for verdict in verdicts
+    ]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,65 @@
+"""What can go wrong for a user: `str(error)` is the message, `exit_code` what the program returns."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar
+
+
+class RvjaxError(Exception):
+    """A mistake or a condition that the user can act on; never shown with a traceback."""
+
+    exit_code: ClassVar[int] = 2
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong at one place: `file:line:column: path: found; accepted`.
+
+    where: `file:line:column`, or the argument `--set path=value` that brought it; path: empty for the whole file.
+    """
+
+    where: str
+    path: str
+    found: str
+    accepted: str = ""
+
+    def __str__(self) -> str:
+        place = f"{self.where}: {self.path}" if self.path else self.where
+        return f"{place}: {self.found}; {self.accepted}" if self.accepted else f"{place}: {self.found}"
+
+    @property
+    def order(self) -> tuple[float, float]:
+        """(line, column); arguments of the command come after the file."""
+        position = re.search(r":(\d+):(\d+)$", self.where)
+        return (float(position[1]), float(position[2])) if position else (float("inf"), 0.0)
+
+
+class CampaignError(RvjaxError):
+    """Everything that is wrong with a campaign, one line per finding, in file order."""
+
+    exit_code: ClassVar[int] = 2
+
+    def __init__(self, findings: Iterable[Finding]) -> None:
+        self.findings = tuple(sorted(findings, key=lambda finding: finding.order))
+        super().__init__("\n".join(map(str, self.findings)))
+
+
+class UsageError(RvjaxError):
+    """The command or the call is wrong."""
+
+    exit_code: ClassVar[int] = 2
+
+
+class IncompleteError(RvjaxError):
+    """Work was stopped or lost; what was committed is kept and the same command goes on from there."""
+
+    exit_code: ClassVar[int] = 4
+
+
+class FolderError(RvjaxError):
+    """A run folder's integrity is broken, or it belongs to another run."""
+
+    exit_code: ClassVar[int] = 5

@@ -1,0 +1,7 @@
+"""The report: a run folder in, one self-contained page out, without JAX and without a network."""
+
+from __future__ import annotations
+
+from rvjax.report.compose import build
+
+__all__ = ["build"]

@@ -1,0 +1,59 @@
+"""Run folder → sections → report.html, report.md, figures/ and summary.json. The same folder gives the same bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+from rvjax.report import html, markdown, picture
+from rvjax.results import RunFolder
+from rvjax.sections import SECTIONS
+from rvjax.sections.opened import Run, open_run
+from rvjax.sections.page import Headline, Number, Section
+from rvjax.sections.plot import STYLE
+from rvjax.sections.verdicts import headline
+
+FORMAT = 1
+
+
+def build(folder: str | Path) -> Path:
+    """Writes the report of a run folder and returns the path of `report.html`.
+
+    FolderError where `folder` is no run folder or is damaged, IncompleteError where nothing is flown yet or the disk is
+    full. Values that the samples table lacks are left out with a sentence, never an error.
+    """
+    run = open_run(folder)
+    top = headline(run)
+    with matplotlib.rc_context(STYLE):
+        sections = [section(run) for section in SECTIONS]
+        pictures = {drawing.name: picture.draw(drawing) for section in sections for drawing in section.drawings}
+    target = RunFolder.open(folder)
+    for name, drawn in pictures.items():
+        target.write_text(f"figures/{name}.svg", drawn.svg)
+        target.write_bytes(f"figures/{name}.png", drawn.png)
+    target.write_summary(summary(run, top, sections))
+    target.write_text("report.md", markdown.page(top, sections))
+    return target.write_text("report.html", html.page(top, sections, pictures))
+
+
+def summary(run: Run, top: Headline, sections: Iterable[Section]) -> dict[str, Any]:
+    """Every number of the report by name: value, interval, n, confidence, method, SI unit; the account; the verdicts.
+
+    An infinite value or bound is None (null in the file).
+    """
+    cells = [cell for _, cell in top.facts if isinstance(cell, Number)]
+    cells += [number for section in sections for number in section.numbers()]
+    return {
+        "format": FORMAT,
+        "name": run.spec.name,
+        "verdict": top.verdict.word,
+        "account": asdict(run.account),
+        "requirements": [
+            {"metric": verdict.requirement.metric, "verdict": verdict.verdict, "text": verdict.text} for verdict in run.verdicts
+        ],
+        "numbers": {cell.name: asdict(cell.estimate) | {"unit": cell.unit} for cell in cells},
+    }

@@ -1,0 +1,31 @@
+"""Sections as one HTML page that needs nothing beside itself; every text is escaped by the template."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from rvjax.report.picture import Picture
+from rvjax.sections.page import Headline, Section
+from rvjax.sections.wording import count, shown
+
+_HERE = Path(__file__).parent
+
+
+def page(top: Headline, sections: Sequence[Section], pictures: Mapping[str, Picture]) -> str:
+    """The whole document; `pictures` are embedded, the style sheet too."""
+    environment = Environment(
+        loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    drawn = {name: Markup(picture.inline) for name, picture in pictures.items()}  # ours: text in it is drawn as paths
+    style = Markup((_HERE / "style.css").read_text(encoding="utf-8"))
+    words = {"shown": shown, "count": count, "kind": _kind}
+    template = environment.get_template("page.html")
+    return template.render(top=top, sections=sections, pictures=drawn, style=style, **words)
+
+
+def _kind(item: object) -> str:
+    return type(item).__name__

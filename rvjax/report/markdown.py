@@ -1,0 +1,55 @@
+"""The same sections as Markdown, figures by reference; every text is escaped."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from rvjax.sections.page import Cell, Code, Drawing, Headline, Mark, Named, Number, Section, Table
+from rvjax.sections.wording import count, shown
+
+
+def page(top: Headline, sections: Sequence[Section]) -> str:
+    """The whole document."""
+    blocks = [f"# {text(top.name)}", *([text(top.description)] if top.description else [])]
+    blocks += [f"**{text(top.verdict.word)}** {text(top.sentence)}"]
+    outcomes = ((label.replace("_", " "), count(number)) for label, number in top.outcomes)
+    blocks.append(_table(Table("", ("", ""), (*top.facts, *outcomes))))
+    for number, section in enumerate(sections, 1):
+        blocks += [f"## {number}. {text(section.title)}", text(section.lead), *_body(section)]
+    return "\n\n".join(blocks) + "\n"
+
+
+def text(words: str) -> str:
+    """The words with everything that Markdown or HTML would act on made literal."""
+    words = " ".join(words.split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return re.sub(r"([\\`*_\[\]#|~])", r"\\\1", words)
+
+
+def _body(section: Section) -> Iterator[str]:
+    for block in section.body:
+        if isinstance(block, Table):
+            yield f"{text(block.caption)}\n\n{_table(block)}"
+        elif isinstance(block, Drawing):
+            yield f"![{text(block.caption)}](figures/{block.name}.png)"
+        else:
+            yield text(block)
+
+
+def _table(table: Table) -> str:
+    lines = [table.head, ("---",) * len(table.head), *((_cell(cell) for cell in row) for row in table.rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _cell(cell: Cell) -> str:
+    if isinstance(cell, Number):
+        value, interval = shown(cell)
+        return text(f"{value} [{interval}]" if interval else value)
+    if isinstance(cell, Named):
+        return f"**{text(cell.name)}**<br>{text(cell.meaning)}"
+    if isinstance(cell, Mark):
+        return f"**{text(cell.word)}**"
+    if isinstance(cell, Code):
+        fence = "``" if "`" in cell.text else "`"
+        return f"{fence}{' '.join(cell.text.split()).replace('|', chr(92) + '|')}{fence}" if cell.text else ""
+    return text(cell)

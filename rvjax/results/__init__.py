@@ -1,0 +1,9 @@
+"""The run folder: everything a run leaves behind, complete or absent, never torn, every byte accounted for."""
+
+from __future__ import annotations
+
+from rvjax.columns import Column
+from rvjax.results.folder import CAMPAIGN, RunFolder
+from rvjax.results.samples import OUTCOMES, Account, Samples
+
+__all__ = ["CAMPAIGN", "OUTCOMES", "Account", "Column", "RunFolder", "Samples"]

@@ -1,0 +1,135 @@
+"""Bytes that are on the disk completely or not at all, and the file system's refusals in the user's words."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import hashlib
+import os
+import re
+import uuid
+from collections.abc import Callable, Generator
+from contextlib import contextmanager, suppress
+from pathlib import Path, PurePosixPath
+
+from rvjax.errors import FolderError, IncompleteError, UsageError
+
+_REFUSED = {errno.EACCES, errno.EPERM, errno.EROFS}
+_WRONG_PLACE = {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ELOOP}
+_FULL = {errno.ENOSPC, errno.EDQUOT}
+
+
+def sha256(data: bytes) -> str:
+    """The SHA-256 of some bytes, in hexadecimal."""
+    return hashlib.sha256(data).hexdigest()
+
+
+@contextmanager
+def explained(path: Path) -> Generator[None, None, None]:
+    """Turns an OSError about `path` into what happened, what is safe, and what to do.
+
+    FolderError where the place is wrong, IncompleteError where the disk is full or fails.
+    """
+    try:
+        yield
+    except OSError as error:
+        reason = f"{path}: {error.strerror or error}"
+        if error.errno in _REFUSED:
+            raise FolderError(f"{reason}; give yourself access to it, or choose another folder with --out") from error
+        if error.errno in _WRONG_PLACE:
+            raise FolderError(f"{reason}; give the path of a run folder, or of a new one with --out") from error
+        remedy = "free some space" if error.errno in _FULL else "check the disk"
+        advice = "give the same command again: what was committed is kept"
+        raise IncompleteError(f"{reason}; {remedy} and {advice}") from error
+
+
+def inside(root: Path, name: str) -> Path:
+    """The path of `name` under `root`; FolderError where it would lead out of it, also by a link."""
+    parts = PurePosixPath(name).parts
+    plain = bool(parts) and not name.startswith("/") and not any(c in name for c in "\0\\") and ".." not in parts
+    path = root.joinpath(*parts) if plain else root
+    home = os.path.realpath(root)
+    if not plain or not os.path.realpath(path).startswith(home + os.sep):
+        raise FolderError(f"{root}: {name!r} leads out of the run folder; accepted: the relative path of a file in it")
+    return path
+
+
+def read(path: Path) -> bytes:
+    """The whole file."""
+    with explained(path):
+        return path.read_bytes()
+
+
+def replace(path: Path, data: bytes) -> None:
+    """Puts `data` at `path` atomically: whoever reads sees the old bytes or the new ones, also after a power cut."""
+    _publish(path, data, os.replace)
+
+
+def publish(path: Path, data: bytes) -> bool:
+    """Puts `data` at `path` unless a file is there: the first writer wins. Whether `path` now holds `data`."""
+    _publish(path, data, _link)
+    return read(path) == data
+
+
+def _link(temporary: Path, path: Path) -> None:
+    with suppress(FileExistsError):
+        os.link(temporary, path)
+
+
+def _publish(path: Path, data: bytes, name_it: Callable[[Path, Path], None]) -> None:
+    """Temporary file beside `path` -> write -> fsync -> re-read and compare -> give it its name -> fsync the folder."""
+    with explained(path):
+        if not path.parent.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            sync(path.parent.parent)
+        temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
+        try:
+            with temporary.open("xb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            if temporary.read_bytes() != data:
+                raise OSError(errno.EIO, "the disk gave back other bytes than were written")
+            name_it(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+        sync(path.parent)
+
+
+def is_temporary(path: Path) -> bool:
+    """Whether this is a file that `replace` or `publish` has not given its name."""
+    return re.fullmatch(r"\..+\.[0-9a-f]{32}", path.name) is not None and path.is_file()
+
+
+def sweep(root: Path) -> None:
+    """Removes the temporary files that a stopped process left under `root`."""
+    with explained(root):
+        for leftover in filter(is_temporary, list(root.rglob(".*"))):
+            leftover.unlink()
+
+
+def sync(folder: Path) -> None:
+    """Makes the names in a folder durable (fsync)."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def lock(folder: Path) -> int:
+    """Claims a folder for this process until the returned handle is closed or the process ends.
+
+    UsageError where another one has it.
+    """
+    with explained(folder):
+        handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        advice = "wait for its end, or choose another folder with --out"
+        raise UsageError(f"{folder}: another process is writing here; {advice}") from None
+    except OSError:  # a file system without locks
+        pass
+    return handle

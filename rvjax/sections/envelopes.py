@@ -1,0 +1,152 @@
+"""Section: how errors, rates and the commanded wrench develop over time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from rvjax import stats
+from rvjax.sections import plot
+from rvjax.sections.opened import CHANNELS, CONFIDENCE, Run
+from rvjax.sections.page import Drawing, Number, Section, Table
+from rvjax.sections.wording import axis_label, capital, channel, count, percent, setting
+from rvjax.sections.worst import worst_first
+
+_NORMS = {
+    "rho_m": ("position error", "|ρ|", "m"),
+    "sigma": ("attitude error", "|σ| (MRP)", "1"),
+    "nu_m_s": ("velocity error", "|ν|", "m/s"),
+    "omega_rad_s": ("relative rate", "|ω|", "rad/s"),
+}
+_OVERLAID = 5  # worst flights drawn over the bands
+
+
+def section(run: Run) -> Section:
+    """Median, 5–95 % and all samples over time, the worst flights overlaid; the commanded wrench within its limits."""
+    title = "Flights over time"
+    if run.envelopes.empty:
+        return Section("envelopes", title, "The run kept no time histories.")
+    kept = len(set(run.envelopes["sample"]))
+    lead = f"Histories of {count(kept)} of the {count(run.flown)} flown samples."
+    table = run.envelopes.pivot(index="sample", columns="t_s")
+    body = (_norm_figure(run, table, kept), _norm_table(table, kept), _wrench_figure(run, table, kept))
+    return Section("envelopes", title, lead, body)
+
+
+def _norm_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
+    figure, panels = plot.axes(2, 2, 5.6, sharex=True)
+    for axis, (name, (words, symbol, unit)) in zip(panels, _NORMS.items(), strict=True):
+        values = _history(table, name)
+        plot.bands(axis, _times(table), values, lost=math.inf)
+        for trace in _worst(run):
+            axis.plot(trace["t_s"], _norm(trace, name), color=plot.RED, lw=0.7, alpha=0.8)
+        positive = values[np.isfinite(values) & (values > 0)]
+        if positive.size:
+            low, high = np.quantile(positive, 0.001), positive.max()
+            plot.logarithmic(axis.yaxis, high / low)
+            axis.set_ylim(low / 1.5, high * 1.5)
+        axis.set_title(capital(words))
+        axis.set_ylabel(axis_label(symbol, unit))
+        _marks(axis, run, table)
+    _finish(figure_axes=panels, columns=2, worst=bool(run.traces))
+    return Drawing("envelopes", _caption("Errors and rates", run, kept), figure)
+
+
+def _wrench_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
+    figure, panels = plot.axes(2, 3, 4.9, sharex=True)
+    for axis, name in zip(panels, CHANNELS, strict=True):
+        plot.bands(axis, _times(table), _history(table, f"cmd_{name}"), lost=math.nan)
+        for trace in _worst(run):
+            axis.plot(trace["t_s"], trace[f"cmd_{name}"], color=plot.RED, lw=0.5, alpha=0.6)
+        low, high = run.limits(name)
+        axis.set_ylim(1.2 * low, 1.2 * high)
+        for value in (low, high):
+            axis.axhline(value, color=plot.INK, lw=1.0, ls=(0, (4, 3)), label="nominal limit")
+        axis.set_title(capital(channel(name)))
+        axis.set_ylabel("N" if name.startswith("f") else "N·m")
+        _marks(axis, run, table)
+    _finish(figure_axes=panels, columns=3, worst=bool(run.traces))
+    low, high = run.spec.actuators.spread.supports[0]
+    text = _caption("Commanded wrench h(v) with its nominal limits", run, kept)
+    if high > low:
+        text += f" The limits of single samples are {setting(low)} to {setting(high)} times the nominal ones."
+    return Drawing("wrench", text, figure)
+
+
+def _norm_table(table: pd.DataFrame, kept: int) -> Table:
+    """Median and 95 % quantile of every norm at five instants."""
+    times = _times(table)
+    instants = [int(i) for i in np.linspace(0, times.size - 1, 5).round()]
+    rows = tuple(
+        (f"{words} {symbol}, {label}", *(_at(table, name, unit, q, i) for i in instants))
+        for name, (words, symbol, unit) in _NORMS.items()
+        for q, label in ((0.5, "median"), (0.95, "95 % of samples"))
+    )
+    text = (
+        f"Values that a share of the samples does not exceed, with {percent(CONFIDENCE)} confidence intervals "
+        f"from order statistics (n = {count(kept)})."
+    )
+    return Table(text, ("quantity", *(f"t = {setting(times[i])} s" for i in instants)), rows)
+
+
+def _at(table: pd.DataFrame, name: str, unit: str, q: float, index: int) -> Number:
+    estimate = stats.quantile_interval(_history(table, name)[:, index], q, CONFIDENCE)
+    return Number(f"envelope.{name}.t{_times(table)[index]:g}.q{q * 100:g}", estimate, unit)
+
+
+def _times(table: pd.DataFrame) -> NDArray[np.float64]:
+    """(times,) s."""
+    return np.asarray(table.columns.get_level_values("t_s").unique(), dtype=float)
+
+
+def _history(table: pd.DataFrame, name: str) -> NDArray[np.float64]:
+    """(samples, times) of one quantity."""
+    return table[name].to_numpy(dtype=float)
+
+
+def _norm(trace: pd.DataFrame, name: str) -> NDArray[np.float64]:
+    """The Euclidean norm of a trace's vector: rho_m from rho_x_m, rho_y_m, rho_z_m."""
+    stem, _, unit = name.partition("_")
+    parts = [trace["_".join(filter(None, (stem, axis, unit)))].to_numpy(dtype=float) for axis in "xyz"]
+    return np.linalg.norm(parts, axis=0)
+
+
+def _worst(run: Run) -> list[pd.DataFrame]:
+    """The kept flights of the worst samples, the worst first."""
+    order = run.frame["sample"].iloc[worst_first(run)]
+    return [run.traces[sample] for sample in order if sample in run.traces][:_OVERLAID]
+
+
+def _marks(axis: Axes, run: Run, table: pd.DataFrame) -> None:
+    """Along the upper edge: the time in which faults set in, and the ends of flights that were lost."""
+    if (window := run.onsets()) is not None:
+        first, last = window
+        axis.axvspan(first, max(last, first + 1e-3), 0.97, 1.0, color=plot.ORANGE, lw=0, label="fault onsets")
+    kept = np.isin(run.frame["sample"], table.index)
+    lost = run.frame.loc[run.is_outcome("not_finite") & kept, "outcome_time_s"]
+    if not lost.empty:
+        across = axis.get_xaxis_transform()
+        axis.plot(lost, np.full(len(lost), 0.94), "x", color=plot.RED, mew=1.5, transform=across, label="flight lost")
+
+
+def _finish(figure_axes: list[Axes], columns: int, worst: bool) -> None:
+    """Time labels under the lowest axes, one legend above all."""
+    for axis in figure_axes[-columns:]:
+        axis.set_xlabel("time, s")
+    if worst:
+        figure_axes[0].plot([], [], color=plot.RED, lw=0.9, label="worst flights")
+    handles, labels = figure_axes[0].get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    figure_axes[0].figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=len(unique))
+
+
+def _caption(what: str, run: Run, kept: int) -> str:
+    overlaid = min(len(run.traces), _OVERLAID)
+    worst = f" Red: the {overlaid} worst flights that were kept." if overlaid else ""
+    onsets = " Orange: when faults set in." if run.onsets() else ""
+    lost = " A flight that was lost counts as the largest error from then on, and commands no wrench."
+    return f"{what} over time for {count(kept)} samples: median, 5–95 %, smallest to largest.{worst}{onsets}{lost}"

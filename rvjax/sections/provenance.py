@@ -1,0 +1,58 @@
+"""Section: what was flown with what, how to fly it again, and what every metric means."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rvjax.sections.opened import Run
+from rvjax.sections.page import Cell, Code, Section, Table
+from rvjax.sections.wording import count
+
+_CHUNKS_SHOWN = 32
+
+
+def section(run: Run) -> Section:
+    """Identity, provenance, command, definitions of the metrics, and the hashes of the chunks."""
+    lead = "The same identity gives the same table, bit for bit."
+    chunks = run.chunks[:_CHUNKS_SHOWN]
+    more = len(run.chunks) - len(chunks)
+    rest = f" The hashes of the other {count(more)} chunks are in manifest.json." if more else ""
+    body = (
+        Table("Command that flies it again.", ("command",), ((Code(_command(run)),),)),
+        Table("Identity: everything the numbers are a function of.", ("what", "value"), _facts(run.identity)),
+        Table("How it was started.", ("what", "value"), _facts(run.provenance)),
+        Table("Metrics.", ("name", "unit", "meaning", "better"), tuple(_definitions(run))),
+        Table(
+            f"Chunks of the samples table with their SHA-256.{rest}",
+            ("file", "first sample", "samples", "SHA-256"),
+            tuple((Code(chunk.file), count(chunk.first), count(chunk.count), Code(chunk.sha256)) for chunk in chunks),
+        ),
+    )
+    return Section("provenance", "Provenance and definitions", lead, tuple(table for table in body if table.rows))
+
+
+def _command(run: Run) -> str:
+    settings = "".join(f" --set {shlex.quote(item)}" for item in run.overrides if not item.startswith("samples="))
+    return f"rvjax run {shlex.quote(run.folder + '/campaign.yaml')} --samples {run.account.requested}{settings}"
+
+
+def _facts(document: Mapping[str, Any]) -> tuple[tuple[Cell, ...], ...]:
+    return tuple((name, Code(value)) for name, value in _leaves(document))
+
+
+def _leaves(value: object, name: str = "") -> Iterator[tuple[str, str]]:
+    """Every scalar of a nested document with its dotted path."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _leaves(item, f"{name}.{key}" if name else str(key))
+    else:
+        yield name, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+def _definitions(run: Run) -> Iterator[tuple[Cell, ...]]:
+    for name in run.metrics(".*"):
+        column = run.column(name)
+        yield Code(name), column.unit, column.description, column.better

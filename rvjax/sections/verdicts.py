@@ -1,0 +1,109 @@
+"""Section: what was required, and whether the flown samples show it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+from rvjax.check import Verdict
+from rvjax.sections.opened import Run, is_share
+from rvjax.sections.page import Cell, Headline, Mark, Named, Number, Section, Table
+from rvjax.sections.wording import SPACE, channel, count, label, percent, prefixed, setting
+from rvjax.spec import Requirement
+
+_HEAD = ("requirement", "verdict", "share that complies", "required share", "quantile", "basis")
+_ORDER = ("FAIL", "UNDECIDED", "PASS")
+
+
+def section(run: Run) -> Section:
+    """One row per requirement: its verdict, the share of samples that comply with one-sided bounds, and a sentence."""
+    title = "Requirements and verdicts"
+    if not run.verdicts:
+        return Section("verdicts", title, "The campaign states no requirement, so there is no verdict.")
+    words = Counter(verdict.verdict for verdict in run.verdicts)
+    found = ", ".join(f"{words[word]} {word}" for word in _ORDER if words[word])
+    caption = (
+        "PASS: the lower bound of the share that complies reaches the required share. FAIL: the upper bound is below. "
+        "UNDECIDED: neither, more samples are needed. Each bound alone holds at the requirement's confidence."
+    )
+    rows = tuple(_row(run, verdict, index) for index, verdict in enumerate(run.verdicts))
+    plural = "s" if len(run.verdicts) > 1 else ""
+    return Section("verdicts", title, f"{len(run.verdicts)} requirement{plural}: {found}.", (Table(caption, _HEAD, rows),))
+
+
+def headline(run: Run) -> Headline:
+    """The top of the page: worst verdict of all, captured share, what was flown, and the account of all samples."""
+    account = run.account
+    words = {verdict.verdict for verdict in run.verdicts}
+    word = next((word for word in _ORDER if word in words), "NO REQUIREMENT")
+    captured = run.share("captured", run.is_outcome("captured"))
+    sentence = {
+        "PASS": "Every requirement is shown to hold.",
+        "FAIL": "At least one requirement is shown not to hold.",
+        "UNDECIDED": "No requirement is shown to fail, but the samples do not suffice to show that all hold.",
+        "NO REQUIREMENT": "The campaign states no requirement.",
+    }[word]
+    if account.missing:
+        sentence += f" Incomplete: {count(account.missing)} of {count(account.requested)} samples are missing."
+    horizon = run.spec.horizon
+    facts: tuple[tuple[str, Cell], ...] = (
+        ("Captured", captured),
+        ("Controller", run.spec.controller.use),
+        ("Horizon", f"{setting(horizon.duration_s)}{SPACE}s in steps of {setting(horizon.step_s)}{SPACE}s"),
+        ("Captured if", _capture(run)),
+        ("Flown", _flown(run)),
+    )
+    outcomes = (
+        ("captured", account.captured),
+        ("not_settled", account.not_settled),
+        ("not_finite", account.not_finite),
+        ("missing", account.missing),
+    )
+    return Headline(run.spec.name, run.spec.description, Mark(word), sentence, facts, outcomes)
+
+
+def _capture(run: Run) -> str:
+    tube = run.spec.capture
+    radius = f"{setting(tube.position_m)}{SPACE}m and {setting(tube.attitude_mrp)} MRP"
+    return f"within {radius} over the last {setting(tube.window_s)}{SPACE}s"
+
+
+def _flown(run: Run) -> str:
+    """When and with what, as far as the folder says."""
+    known = {**run.provenance, **run.identity}
+    words = {"started": "{}", "rvjax": "with rvjax {}", "precision": "in {}", "device": "on {}", "seed": "seed {}"}
+    return ", ".join(text.format(known[name]) for name, text in words.items() if name in known)
+
+
+def _row(run: Run, verdict: Verdict, index: int) -> tuple[Cell, ...]:
+    requirement = verdict.requirement
+    key = f"requirement.{index + 1}"
+    estimate = verdict.quantity
+    return (
+        Named(_words(run, requirement), verdict.text.removeprefix(f"{verdict.verdict}: ")),
+        Mark(verdict.verdict),
+        Number(f"{key}.complies", verdict.estimate, percent=True),
+        percent(verdict.limit),
+        Number(f"{key}.quantile", estimate, *_unit(run, requirement)) if estimate else "–",
+        f"{percent(requirement.confidence)} confidence, n = {count(verdict.n)}; {verdict.estimate.method}",
+    )
+
+
+def _unit(run: Run, requirement: Requirement) -> tuple[str, bool]:
+    """(unit, whether shown in percent) of the metric that is required."""
+    column = next((name for name in run.metrics(rf"{requirement.metric}(\..*)?")), "")
+    return (run.column(column).unit if column else "1"), is_share(requirement.metric)
+
+
+def _words(run: Run, requirement: Requirement) -> str:
+    """settling time: 95 % of samples below 200 s."""
+    what = label(requirement.metric) + (f", {channel(requirement.channel)}" if requirement.channel else "")
+    share = requirement.at_least if requirement.at_least is not None else requirement.quantile
+    side, bound = ("below", requirement.below) if requirement.below is not None else ("above", requirement.above)
+    if bound is None:
+        return f"{what}: at least {percent(share or 0.0)} of samples"
+    unit, in_percent = _unit(run, requirement)
+    value = percent(bound) if in_percent else f"{setting(bound)} {prefixed(math.inf, unit)[1]}".strip()
+    if requirement.quantile is not None:
+        return f"{what}: {percent(requirement.quantile)} quantile {side} {value}"
+    return f"{what} {side} {value}: at least {percent(share or 0.0)} of samples"

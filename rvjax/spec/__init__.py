@@ -1,0 +1,33 @@
+"""A campaign file, parsed once into something that cannot be wrong: frozen, in SI, free of JAX."""
+
+from __future__ import annotations
+
+from rvjax.spec.choice import CHANNELS, Choice
+from rvjax.spec.fields import Model, channels, count, flag, number, option, part, scalar, validate, vector
+from rvjax.spec.model import Spec, load, parse
+from rvjax.spec.quantity import Quantity
+from rvjax.spec.requirement import Requirement
+from rvjax.spec.schema import schema
+from rvjax.spec.source import Source
+
+__all__ = [
+    "CHANNELS",
+    "Choice",
+    "Model",
+    "Quantity",
+    "Requirement",
+    "Source",
+    "Spec",
+    "channels",
+    "count",
+    "flag",
+    "load",
+    "number",
+    "option",
+    "parse",
+    "part",
+    "scalar",
+    "schema",
+    "validate",
+    "vector",
+]

@@ -1,0 +1,279 @@
+"""Declaring what a part of a campaign may hold: models that are frozen, in SI, and report every problem at once.
+
+    class Parameters(Model):
+        \"\"\"d(t) = f sin(w t).\"\"\"
+
+        force_N: Quantity = vector("N", default=0.0, doc="amplitude")
+        rate_rad_s: Quantity = scalar("rad/s", key="rate_deg_s", above=0.0, doc="angular frequency")
+
+The attribute has the SI name, which is also the name of the draws; `key` is what a campaign says where that is another
+unit. Ranges and defaults are in the unit of the key, as the user writes them. A field without a default is required.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Required, TypedDict, TypeVar, Unpack, cast
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined, core_schema
+
+from rvjax.errors import Finding
+from rvjax.spec import units
+from rvjax.spec.forms import distribution, joint_distribution
+from rvjax.spec.notation import Range, Reader, did_you_mean, with_unit
+from rvjax.spec.problem import Problem, problems, refuse
+from rvjax.spec.quantity import Quantity, Shape
+from rvjax.spec.source import Source
+from rvjax.spec.values import Place, describe, is_mapping, is_number
+
+M = TypeVar("M", bound="Model")
+
+MOST_SUGGESTIONS = 20
+"""Unknown keys in one mapping that get a suggestion each; comparing words takes time."""
+
+
+class Model(BaseModel):
+    """A part of a campaign: its keys are its fields, nothing else is accepted, and nothing changes after loading."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """A name that ends in a unit must say the SI unit of the field, and `key` the same stem."""
+        super().__pydantic_init_subclass__(**kwargs)
+        for name, info in cls.model_fields.items():
+            declared = _declared(info)
+            (stem, unit), (key_stem, key_unit) = units.split(name), units.split(info.alias or name)
+            if declared and (unit.si, key_unit.si, key_stem) != (declared.unit, declared.unit, stem) and unit is not units.NONE:
+                raise TypeError(f"{cls.__name__}.{name}: name, key and unit disagree ({unit.si}, {key_unit.si}, {declared.unit})")
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _report(cls, raw: Any, read: ModelWrapValidatorHandler[Any]) -> Any:
+        """Adds unknown and missing keys, in words that name this model's keys, to what is wrong with the known ones."""
+        if isinstance(raw, cls):
+            return raw
+        if not is_mapping(raw):
+            refuse(Problem(f"found {describe(raw)}", f"accepted: a mapping with {', '.join(cls.keys())}"))
+        keys = cls.keys()
+        unknown = sorted(raw.keys() - keys.keys())
+        missing = [key for key, info in keys.items() if key not in raw and info.is_required()]
+        instead = {key: cls._instead(key) for key in unknown[:MOST_SUGGESTIONS]}
+        all_keys = f"accepted: {', '.join(keys)}"
+        found = [Problem("unknown key", instead.get(key, all_keys), (key,), at_key=True) for key in unknown]
+        found += [Problem("missing", f"accepted: {keys[key].description}", (key,), at_key=True) for key in missing]
+        absent = {(key,) for key in missing}
+        try:
+            model = read({key: value for key, value in raw.items() if key in keys})
+        except ValidationError as error:
+            refuse(*found, *(problem for problem in problems(error) if problem.place not in absent))
+        return refuse(*found) if found else model
+
+    @classmethod
+    def keys(cls) -> dict[str, FieldInfo]:
+        """The fields by the key that a campaign uses."""
+        return {info.alias or name: info for name, info in cls.model_fields.items()}
+
+    @classmethod
+    def _instead(cls, key: str) -> str:
+        """The key of the same stem in another unit, or else the nearest one, or else all."""
+        keys = cls.keys()
+        others = {known: units.split(known) for known in keys}
+        stems = {known: stem for known, (stem, unit) in others.items() if unit is not units.NONE}
+        same = [known for known, stem in stems.items() if key == stem or key.startswith(f"{stem}_")]
+        if not same:
+            return did_you_mean(key, keys)
+        nearest = max(same, key=len)
+        return f"accepted: {nearest} ({others[nearest][1].name})"
+
+    def quantities(self, prefix: str = "") -> dict[str, Quantity]:
+        """Every quantity, fixed or drawn, by its SI name: `target.rate_rad_s`, `pursuer.inertia_kgm2.principal`."""
+        return dict(self._quantities(f"{prefix}." if prefix else ""))
+
+    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            if isinstance(value, Quantity):
+                yield prefix + name, value
+            elif isinstance(value, Model):
+                yield from value.quantities(prefix + name).items()
+
+
+@dataclass(frozen=True)
+class Declared:
+    """What one field holds. unit: SI; symbol: of the key's unit; factor: to SI; optional: may be left out."""
+
+    unit: str
+    factor: float
+    symbol: str
+    range: Range
+    doc: str
+    optional: bool
+
+    def read(self, raw: Any) -> Any:
+        """The field's value in SI, or every problem at once."""
+        raise NotImplementedError
+
+    def json_schema(self) -> dict[str, Any]:
+        """What the key accepts, as JSON Schema."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return self.json_schema()
+
+    def bounds(self) -> dict[str, Any]:
+        """A plain number inside the range, as JSON Schema."""
+        words = {"at_least": "minimum", "above": "exclusiveMinimum", "at_most": "maximum", "below": "exclusiveMaximum"}
+        limits = {words[name]: value for name, value in vars(self.range).items() if value is not None}
+        return {"type": "number", **limits}
+
+
+@dataclass(frozen=True)
+class DeclaredNumber(Declared):
+    """A fixed number."""
+
+    def read(self, raw: Any) -> float | None:
+        """The number in SI; None only where the field may be left out."""
+        if raw is None and self.optional:
+            return None
+        if not is_number(raw) or not self.range.admits(raw, raw):
+            limits = self.range.words(self.symbol)
+            number = f"a number {limits}" if limits else with_unit("a number", self.symbol, " in ")
+            refuse(Problem(f"found {describe(raw)}", f"accepted: {number}"))
+        return raw * self.factor
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"anyOf": [self.bounds(), {"type": "null"}]} if self.optional else self.bounds()
+
+
+@dataclass(frozen=True)
+class DeclaredQuantity(Declared):
+    """A quantity, fixed or drawn. largest_norm: the most that |X| may be, in the key's unit."""
+
+    shape: Shape
+    largest_norm: float | None = None
+
+    def read(self, raw: Any) -> Quantity:
+        """The quantity in SI."""
+        reader = Reader(self.symbol, self.range)
+        parts, joint = reader.quantity(self.shape, raw)
+        if reader.problems:
+            refuse(*reader.problems)
+        quantity = Quantity(self.shape, parts, joint, self.unit, self.doc)
+        if self.largest_norm is not None and quantity.largest_norm > self.largest_norm:
+            most = with_unit(f"{self.largest_norm:g}", self.symbol)
+            found = f"the norm reaches {with_unit(f'{quantity.largest_norm:g}', self.symbol)}"
+            refuse(Problem(found, f"accepted: a norm of at most {most} in every draw"))
+        try:
+            scaled = tuple(part.scaled(self.factor) for part in parts)
+        except ValueError as error:
+            refuse(Problem(f"in {self.unit}, {error}", "accepted: a wider range"))
+        return Quantity(self.shape, scaled, joint and joint.scaled(self.factor), self.unit, self.doc)
+
+    def json_schema(self) -> dict[str, Any]:
+        scalar = {"anyOf": [self.bounds(), distribution()]}
+        if self.shape == "scalar":
+            return scalar
+        if self.shape == "vector":
+            return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3), joint_distribution()]}
+        half = {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3)]}
+        halves = {
+            "properties": {"force": half, "torque": half},
+            "required": ["force", "torque"],
+            "additionalProperties": False,
+        }
+        return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 6), {"type": "object", **halves}]}
+
+
+def _list_of(items: dict[str, Any], count: int) -> dict[str, Any]:
+    return {"type": "array", "items": items, "minItems": count, "maxItems": count}
+
+
+def _declared(info: FieldInfo) -> Declared | None:
+    return next((item for item in info.metadata if isinstance(item, Declared)), None)
+
+
+class Declaration(TypedDict, total=False):
+    """Of a field. key: if it is not the attribute's name; the range and the default are in the unit of the key."""
+
+    key: str
+    default: Any
+    at_least: float
+    above: float
+    at_most: float
+    below: float
+    doc: Required[str]
+
+
+def _field(kind: Callable[..., Declared], unit: str, declaration: Declaration, **more: Any) -> Any:
+    key, default = declaration.get("key"), declaration.get("default", PydanticUndefined)
+    limits = Range(**{name: declaration.get(name) for name in ("at_least", "above", "at_most", "below")})
+    converted = units.split(key)[1] if key else units.Unit(unit, unit, 1.0, unit)
+    declared = kind(unit, converted.factor, converted.symbol, limits, declaration["doc"], default is None, **more)
+    description = declaration["doc"] if unit == "1" else f"{declaration['doc']} [{converted.symbol}]"
+    info = cast(FieldInfo, Field(default=default, alias=key, description=description))
+    info.metadata.append(declared)
+    return info
+
+
+def scalar(unit: str, **declaration: Unpack[Declaration]) -> Any:
+    """One number, fixed or drawn."""
+    return _field(DeclaredQuantity, unit, declaration, shape="scalar")
+
+
+def vector(unit: str, norm_at_most: float | None = None, **declaration: Unpack[Declaration]) -> Any:
+    """Three numbers x, y, z, fixed or drawn; the range holds for each component."""
+    return _field(DeclaredQuantity, unit, declaration, shape="vector", largest_norm=norm_at_most)
+
+
+def channels(unit: str, **declaration: Unpack[Declaration]) -> Any:
+    """Six numbers fx, fy, fz, tx, ty, tz, fixed or drawn; the range holds for each channel."""
+    return _field(DeclaredQuantity, unit, declaration, shape="channels")
+
+
+def number(unit: str, **declaration: Unpack[Declaration]) -> Any:
+    """One number that is the same in every sample; with `default=None` it may be left out."""
+    return _field(DeclaredNumber, unit, declaration)
+
+
+def count(*, default: Any = PydanticUndefined, at_least: int = 0, at_most: int = 2**63 - 1, doc: str) -> Any:
+    """A whole number."""
+    return Field(default=default, strict=True, ge=at_least, le=at_most, description=doc)
+
+
+def flag(*, default: Any = PydanticUndefined, doc: str) -> Any:
+    """true or false."""
+    return Field(default=default, strict=True, description=doc)
+
+
+def option(*, default: Any = PydanticUndefined, doc: str) -> Any:
+    """One word out of the field's `Literal`."""
+    return Field(default=default, description=doc)
+
+
+def part(*, default: Any = PydanticUndefined, doc: str) -> Any:
+    """A nested model or a list of them; the default is what a campaign would say."""
+    return Field(default=default, description=doc)
+
+
+def validate(model: type[M], raw: Mapping[str, Any], place: Place, source: Source) -> tuple[M | None, list[Finding]]:
+    """What a campaign says at a place as a model, or every finding about it."""
+    try:
+        return model.model_validate(dict(raw)), []
+    except ValidationError as error:
+        below = (problem.below(place) for problem in problems(error))
+        return None, [source.finding(p.place, p.found, p.accepted, p.at_key) for p in below]

@@ -1,0 +1,44 @@
+"""What a drawn number and a drawn vector look like in a campaign, as JSON Schema."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rvjax.spec.notation import JOINT_LAWS, LAWS
+
+
+def _only(word: str, given: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "object", "properties": {word: given}, "required": [word], "additionalProperties": False}
+
+
+def _numbers(names: tuple[str, ...]) -> dict[str, Any]:
+    number = {"type": "number"}
+    if len(names) == 1:
+        return number | {"description": names[0]}
+    return {
+        "type": "array",
+        "items": number,
+        "minItems": len(names),
+        "maxItems": len(names),
+        "description": ", ".join(names),
+    }
+
+
+def distribution() -> dict[str, Any]:
+    """One of the laws of a scalar."""
+    values = {"type": "array", "items": {"type": "number"}, "minItems": 1}
+    weighted = {
+        "type": "object",
+        "properties": {"values": values, "weights": values},
+        "required": ["values", "weights"],
+    }
+    laws = [_only(word, _numbers(names)) for word, (names, _) in LAWS.items()]
+    choice = _only("choice", {"anyOf": [values, weighted | {"additionalProperties": False}]})
+    return {"description": "a drawn number", "oneOf": [*laws, choice]}
+
+
+def joint_distribution() -> dict[str, Any]:
+    """One of the laws of a whole vector."""
+    halves = {"anyOf": [_numbers(("half side",)), _numbers(("x", "y", "z"))]}
+    laws = [_only(word, _numbers(("radius",))) for word in JOINT_LAWS]
+    return {"description": "a drawn vector", "oneOf": [_only("box", halves), *laws]}

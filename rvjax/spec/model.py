@@ -1,0 +1,236 @@
+"""The campaign file as one frozen value in SI that cannot be wrong."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, Literal, cast
+
+from pydantic import PrivateAttr, ValidationInfo, field_validator
+
+from rvjax.errors import CampaignError, Finding
+from rvjax.spec.choice import FAULT_KEYS, NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
+from rvjax.spec.fields import Model, channels, count, number, option, part, scalar, validate, vector
+from rvjax.spec.inertia import Inertia
+from rvjax.spec.overrides import override
+from rvjax.spec.problem import Problem, refuse
+from rvjax.spec.quantity import Quantity
+from rvjax.spec.requirement import Requirement
+from rvjax.spec.source import Source, read
+from rvjax.spec.values import Place, describe
+
+FORMAT = 1
+EARTH_RADIUS_M = 6378e3
+MOST_STEPS = 10_000_000
+WHOLE = 1e-9
+"""How far a duration may be from a whole number of steps, relative."""
+
+
+class Horizon(Model):
+    """How long a flight lasts, and the step of its integration."""
+
+    duration_s: float = number("s", above=0.0, doc="length of a flight")
+    step_s: float = number("s", above=0.0, doc="step of the integration; the duration is a whole number of steps")
+
+    @field_validator("step_s")
+    @classmethod
+    def _whole(cls, step: float, info: ValidationInfo) -> float:
+        if "duration_s" not in info.data:
+            return step
+        duration = info.data["duration_s"]
+        if step > duration:
+            refuse(Problem(f"{step:g} s is longer than the flight", f"accepted: at most {duration:g} s"))
+        if duration / step > MOST_STEPS:
+            refuse(Problem(f"{duration / step:g} steps", f"accepted: at most {MOST_STEPS:,} steps in a flight"))
+        whole = round(duration / step)
+        if abs(whole * step - duration) > WHOLE * duration:
+            accepted = f"accepted: a whole number of them, such as {duration / whole:g} s"
+            refuse(Problem(f"{duration:g} s is {duration / step:g} steps", accepted))
+        return step
+
+    @property
+    def steps(self) -> int:
+        """duration / step."""
+        return round(self.duration_s / self.step_s)
+
+
+class Orbit(Model):
+    """Kepler elements of the target in the perifocal frame, at t = 0."""
+
+    eccentricity: Quantity = scalar("1", default=0.0, at_least=0.0, below=1.0, doc="eccentricity")
+    semi_major_axis_m: Quantity = scalar("m", key="semi_major_axis_km", default=6878.0, above=0.0, doc="semi-major axis")
+    true_anomaly_rad: Quantity = scalar("rad", key="true_anomaly_deg", default=0.0, doc="true anomaly at t = 0")
+
+    @field_validator("semi_major_axis_m")
+    @classmethod
+    def _above_ground(cls, axis: Quantity, info: ValidationInfo) -> Quantity:
+        if "eccentricity" in info.data:
+            ((lowest, _),), ((_, most),) = axis.supports, info.data["eccentricity"].supports
+            if lowest * (1.0 - most) <= EARTH_RADIUS_M:
+                found = f"the perigee comes as low as {lowest * (1.0 - most) / 1e3:g} km"
+                refuse(Problem(found, f"accepted: above {EARTH_RADIUS_M / 1e3:g} km from the centre, in every draw"))
+        return axis
+
+
+class Target(Model):
+    """The body to dock with: its orbit, its free tumbling, its port."""
+
+    orbit: Orbit = part(default={}, doc="orbit of the target")
+    attitude_mrp: Quantity = vector("1", default=0.0, norm_at_most=1.0, doc="MRP of the target in the perifocal frame at t = 0")
+    rate_rad_s: Quantity = vector("rad/s", key="rate_deg_s", default=0.0, doc="inertial rate of the target in its frame at t = 0")
+    port_m: Quantity = vector("m", default=0.0, doc="docking point in the target's frame")
+    inertia_kgm2: Inertia = part(default={"principal": [500, 550, 600]}, doc="inertia of the target")
+
+
+class Pursuer(Model):
+    """The body that docks; its controller does not know these numbers."""
+
+    mass_kg: Quantity = scalar("kg", above=0.0, doc="mass of the pursuer")
+    inertia_kgm2: Inertia = part(doc="inertia of the pursuer")
+
+
+class Start(Model):
+    """Relative motion at t = 0, in the pursuer's frame."""
+
+    rho_m: Quantity = vector("m", doc="position of the pursuer relative to the docking point")
+    sigma: Quantity = vector("1", default=0.0, norm_at_most=1.0, doc="MRP of the pursuer relative to the target")
+    nu_m_s: Quantity = vector("m/s", default=0.0, doc="relative velocity")
+    omega_rad_s: Quantity = vector("rad/s", default=0.0, doc="relative angular velocity")
+
+
+class Actuators(Model):
+    """−lower ≤ applied wrench ≤ upper on each channel, each of the twelve limits times its own draw of spread."""
+
+    upper: Quantity = channels("N, N·m", above=0.0, doc="upper limits")
+    lower: Quantity = channels("N, N·m", above=0.0, doc="lower limits, as positive numbers")
+    spread: Quantity = scalar("1", default=1.0, above=0.0, doc="factor on each limit, drawn independently for each")
+
+    def quantities(self, prefix: str = "") -> dict[str, Quantity]:
+        """With the spread of each of the twelve limits: `spread.upper` and `spread.lower`."""
+        known = super().quantities(prefix)
+        twelve = replace(known.pop(f"{prefix}.spread"), shape="channels", parts=self.spread.parts * 6)
+        return known | {f"{prefix}.spread.upper": twelve, f"{prefix}.spread.lower": twelve}
+
+
+class Capture(Model):
+    """Captured: inside both tubes during the whole closing window."""
+
+    position_m: float = number("m", default=0.01, above=0.0, doc="radius of the position tube")
+    attitude_mrp: float = number("1", default=0.002, above=0.0, doc="radius of the attitude tube")
+    window_s: float = number("s", default=60.0, above=0.0, doc="length of the closing window")
+
+
+class Corridor(Model):
+    """Approach cone about the docking axis."""
+
+    half_angle_rad: float = number("rad", key="half_angle_deg", default=10.0, above=0.0, below=90.0, doc="half angle of the cone")
+
+
+class Spec(Model):
+    """A campaign: what is flown, from where, with which dispersions, and what is required of it."""
+
+    rvjax: Literal[1] = option(doc="version of this format")
+    name: str = option(doc="of the campaign: small letters, digits and hyphens")
+    description: str = option(default="", doc="free text, shown in the report")
+    samples: int = count(at_least=1, at_most=1_000_000_000, doc="how many flights")
+    seed: int = count(default=0, doc="of every draw")
+    precision: Literal["float64", "float32"] = option(default="float64", doc="of the flight")
+    horizon: Horizon = part(doc="duration and step")
+    target: Target = part(default={}, doc="the body to dock with")
+    pursuer: Pursuer = part(doc="the body that docks")
+    start: Start = part(doc="relative motion at t = 0")
+    actuators: Actuators = part(doc="limits of the six channels")
+    saturation: Annotated[Choice, OneChoice()] = part(
+        default={"use": "smooth-tanh"}, doc="how a command is brought inside the limits"
+    )
+    disturbances: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="forces and torques beside the actuators")
+    faults: Annotated[tuple[Choice, ...], ListOfChoices(FAULT_KEYS)] = part(default=[], doc="what goes wrong with the actuators")
+    controller: Annotated[Choice, OneChoice()] = part(doc="the controller under test")
+    capture: Capture = part(default={}, doc="when a sample counts as captured")
+    corridor: Corridor = part(default={}, doc="approach cone")
+    require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
+
+    _source: Source = PrivateAttr(default_factory=lambda: Source(""))
+
+    @field_validator("name")
+    @classmethod
+    def _plain_name(cls, name: str) -> str:
+        if not NAME.fullmatch(name):
+            refuse(Problem(f"found {describe(name)}", NAME_WORDS))
+        return name
+
+    @field_validator("capture")
+    @classmethod
+    def _inside_flight(cls, capture: Capture, info: ValidationInfo) -> Capture:
+        if "horizon" in info.data and capture.window_s > info.data["horizon"].duration_s:
+            accepted = f"accepted: at most the flight of {info.data['horizon'].duration_s:g} s"
+            refuse(Problem(f"the closing window of {capture.window_s:g} s is too long", accepted, ("window_s",)))
+        return capture
+
+    @property
+    def source(self) -> Source:
+        """The file this was read from; no part of what a campaign is."""
+        return self._source
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Spec) and self.__dict__ == other.__dict__
+
+    @property
+    def components(self) -> tuple[Choice, ...]:
+        """Every component that is used, in the order of flight."""
+        return (self.controller, self.saturation, *self.faults, *self.disturbances)
+
+    def fingerprint(self, parameters: Mapping[Place, Model] | None = None) -> str:
+        """SHA-256 of all that determines draws and flights, in whatever order and whether defaults are written or not.
+
+        parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
+        """
+        known = {choice.path: choice.parameters for choice in self.components} | dict(parameters or {})
+        beside = {"name", "description", "samples", "require"}
+        parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
+        parts["parameters"] = {".".join(map(str, path)): value for path, value in known.items()}
+        text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _canonical(value: Any) -> Any:
+    """Plain JSON values in which equal numbers look the same and texts for people are left out."""
+    if isinstance(value, Model):
+        return {name: _canonical(getattr(value, name)) for name in type(value).model_fields}
+    if isinstance(value, Choice):
+        return [value.use, value.name, value.channels]
+    if isinstance(value, Quantity):
+        return _canonical([value.shape, value.parts, value.joint])
+    if is_dataclass(value):
+        return {type(value).__name__: [_canonical(getattr(value, field.name)) for field in fields(value)]}
+    if isinstance(value, Mapping):
+        return {str(key): _canonical(item) for key, item in cast("Mapping[Any, Any]", value).items()}
+    if isinstance(value, (list, tuple)):
+        return [_canonical(item) for item in cast("Sequence[Any]", value)]
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+def parse(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Spec | None, list[Finding], Source]:
+    """A campaign file, its findings, and its source; the campaign is None exactly if there are findings."""
+    source = override(read(path), overrides)
+    findings = list(source.findings)
+    if source.value is None:
+        return None, findings, source
+    spec, more = validate(Spec, source.value, (), source)
+    known = {(finding.where, finding.path) for finding in findings}
+    findings += [finding for finding in more if (finding.where, finding.path) not in known]
+    if spec is None or findings:
+        return None, findings, source
+    spec._source = source  # pyright: ignore[reportPrivateUsage]
+    return spec, [], source
+
+
+def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
+    """A campaign file, or `CampaignError` with every finding. overrides: `place=value`, as in `--set`."""
+    spec, findings, _ = parse(path, overrides)
+    if spec is None:
+        raise CampaignError(findings)
+    return spec

@@ -1,0 +1,56 @@
+"""A number with its unit, fixed or drawn: one scalar, the three components of a vector, or the six channels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from rvjax.spec.distributions import Distribution, Fixed, JointDistribution
+
+Shape = Literal["scalar", "vector", "channels"]
+
+COMPONENTS: dict[Shape, tuple[str, ...]] = {
+    "scalar": (),
+    "vector": ("x", "y", "z"),
+    "channels": ("fx", "fy", "fz", "tx", "ty", "tz"),
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number or numbers in SI.
+
+    parts: one distribution for each component (one for a scalar), none if `joint` is given; unit: SI, "1" without
+    dimension; doc: what it means.
+    """
+
+    shape: Shape
+    parts: tuple[Distribution, ...]
+    joint: JointDistribution | None
+    unit: str
+    doc: str
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """() for a scalar; x, y, z; fx, fy, fz, tx, ty, tz."""
+        return COMPONENTS[self.shape]
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether nothing of it is drawn."""
+        return self.joint is None and all(isinstance(part, Fixed) for part in self.parts)
+
+    @property
+    def supports(self) -> tuple[tuple[float, float], ...]:
+        """(low, high) of each component (one for a scalar): every possible draw lies between them."""
+        if self.joint is not None:
+            return ((-self.joint.radius, self.joint.radius),) * len(self.components)
+        return tuple((part.low, part.high) for part in self.parts)
+
+    @property
+    def largest_norm(self) -> float:
+        """sup |X| over every possible draw."""
+        if self.joint is not None:
+            return self.joint.radius
+        return math.hypot(*(max(abs(low), abs(high)) for low, high in self.supports))

@@ -1,0 +1,43 @@
+"""Units in keys: `rate_deg_s` is a stem, `rate`, and a unit, `deg_s`; SI value = number in the key's unit * factor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit that a key may end in. symbol: its own; si: of the value after loading; name: in words, plural."""
+
+    symbol: str
+    si: str
+    factor: float
+    name: str
+
+
+NONE = Unit("1", "1", 1.0, "no unit")
+
+UNITS: dict[str, Unit] = {
+    "kgm2": Unit("kg·m²", "kg·m²", 1.0, "kilogram square metres"),
+    "rad_s": Unit("rad/s", "rad/s", 1.0, "radians per second"),
+    "deg_s": Unit("deg/s", "rad/s", math.pi / 180, "degrees per second"),
+    "m_s": Unit("m/s", "m/s", 1.0, "metres per second"),
+    "Nm": Unit("N·m", "N·m", 1.0, "newton metres"),
+    "km": Unit("km", "m", 1e3, "kilometres"),
+    "kg": Unit("kg", "kg", 1.0, "kilograms"),
+    "deg": Unit("deg", "rad", math.pi / 180, "degrees"),
+    "rad": Unit("rad", "rad", 1.0, "radians"),
+    "N": Unit("N", "N", 1.0, "newtons"),
+    "m": Unit("m", "m", 1.0, "metres"),
+    "s": Unit("s", "s", 1.0, "seconds"),
+}
+"""By key suffix; one that ends in another stands before it."""
+
+
+def split(key: str) -> tuple[str, Unit]:
+    """`rate_deg_s` → ("rate", deg/s); a key without a known suffix has no unit."""
+    for suffix, unit in UNITS.items():
+        if key.endswith(f"_{suffix}"):
+            return key.removesuffix(f"_{suffix}"), unit
+    return key, NONE

@@ -1,0 +1,48 @@
+"""The plain values that a campaign is made of, the places where they stand, and words for what was found."""
+
+from __future__ import annotations
+
+from typing import Any, TypeGuard
+
+Place = tuple[str | int, ...]
+"""Keys and list indices from the top of the file to a value."""
+
+
+def dotted(place: Place) -> str:
+    """("faults", 0, "onset_s") → `faults.0.onset_s`, as in `--set`."""
+    return ".".join(map(str, place))
+
+
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Whether a value is a number; true and false are not."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def is_list(value: object) -> TypeGuard[list[Any]]:
+    """Whether a value is a list."""
+    return isinstance(value, list)
+
+
+def is_mapping(value: object) -> TypeGuard[dict[str, Any]]:
+    """Whether a value is a mapping; its keys are text."""
+    return isinstance(value, dict)
+
+
+def describe(value: object) -> str:
+    """What was found, in words: `the text 'yes'`, `a list of 2`, `nothing`."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return f"the text {shorten(value)!r}"
+    if is_list(value):
+        return f"a list of {len(value)}"
+    if is_mapping(value):
+        return f"a mapping with {', '.join(shorten(key) for key in list(value)[:3]) or 'nothing in it'}"
+    return str(value)
+
+
+def shorten(text: str, most: int = 40) -> str:
+    """At most so many characters of a text from outside, for a message."""
+    return text if len(text) <= most else f"{text[: most - 1]}…"
