@@ -2,13 +2,18 @@
 
 Settings (part of a run's identity):
     precision      float64 or float32 for everything that flies
+    compile cache  programs compiled before are read from a private folder of the user; changes no bits
     XLA_FLAGS      multi-output fusion, without which XLA's CPU fusion copies shared terms of the equations over and over
 """
 
 from __future__ import annotations
 
 import os
+import stat
+from pathlib import Path
 from typing import Literal
+
+import platformdirs
 
 Precision = Literal["float64", "float32"]
 
@@ -30,6 +35,26 @@ def configure(precision: Precision = "float64") -> None:
     import jax
 
     jax.config.update("jax_enable_x64", precision == "float64")
+    cache = _private_cache()
+    if cache is not None:
+        jax.config.update("jax_compilation_cache_dir", str(cache))
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+        jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+
+def _private_cache() -> Path | None:
+    """Where compiled programs are kept between runs: a folder that only this user can read or write, or None.
+
+    What lies there is executable code, so a folder that somebody else could write is not used.
+    """
+    folder = Path(platformdirs.user_cache_dir("rvjax")) / "compiled"
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.lstat()
+    except OSError:
+        return None
+    private = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o077
+    return folder if private else None
 
 
 def settings() -> dict[str, object]:

@@ -22,7 +22,7 @@ def page(top: Headline, sections: Sequence[Section]) -> str:
 
 def text(words: str) -> str:
     """The words with everything that Markdown or HTML would act on made literal."""
-    words = " ".join(words.split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    words = re.sub(r"[^\S\u00a0]+", " ", words).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\`*_\[\]#|~])", r"\\\1", words)
 
 

@@ -33,7 +33,8 @@ def rank_correlation(x: NDArray[np.float64], y: NDArray[np.float64], confidence:
     r = float(np.corrcoef(*ranks)[0, 1])
     centre = math.atanh(min(max(r, -1 + 1e-12), 1 - 1e-12))
     half = float(special.ndtri((1 + confidence) / 2)) * math.sqrt((1 + r * r / 2) / (x.size - 3))
-    return Estimate(r, math.tanh(centre - half), math.tanh(centre + half), x.size, confidence, method)
+    low, high = math.tanh(centre - half), math.tanh(centre + half)
+    return Estimate(r, min(low, r), max(high, r), x.size, confidence, method)
 
 
 def section(run: Run) -> Section:

@@ -43,16 +43,17 @@ def _norm_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
         values = _history(table, name)
         plot.bands(axis, _times(table), values, lost=math.inf)
         for trace in _worst(run):
-            axis.plot(trace["t_s"], _norm(trace, name), color=plot.RED, lw=0.7, alpha=0.8)
+            axis.plot(trace["t_s"], _norm(trace, name), color=plot.RED, lw=0.7, alpha=0.8, label="worst flights")
         positive = values[np.isfinite(values) & (values > 0)]
         if positive.size:
-            low, high = np.quantile(positive, 0.001), positive.max()
+            low, high = np.quantile(positive, (0.001, 0.999))
+            high = min(10 * high, positive.max())  # a flight that diverges may leave the picture
             plot.logarithmic(axis.yaxis, high / low)
             axis.set_ylim(low / 1.5, high * 1.5)
         axis.set_title(capital(words))
         axis.set_ylabel(axis_label(symbol, unit))
         _marks(axis, run, table)
-    _finish(figure_axes=panels, columns=2, worst=bool(run.traces))
+    _finish(panels, 2)
     return Drawing("envelopes", _caption("Errors and rates", run, kept), figure)
 
 
@@ -61,7 +62,7 @@ def _wrench_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
     for axis, name in zip(panels, CHANNELS, strict=True):
         plot.bands(axis, _times(table), _history(table, f"cmd_{name}"), lost=math.nan)
         for trace in _worst(run):
-            axis.plot(trace["t_s"], trace[f"cmd_{name}"], color=plot.RED, lw=0.5, alpha=0.6)
+            axis.plot(trace["t_s"], trace[f"cmd_{name}"], color=plot.RED, lw=0.5, alpha=0.6, label="worst flights")
         low, high = run.limits(name)
         axis.set_ylim(1.2 * low, 1.2 * high)
         for value in (low, high):
@@ -69,7 +70,7 @@ def _wrench_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
         axis.set_title(capital(channel(name)))
         axis.set_ylabel("N" if name.startswith("f") else "N·m")
         _marks(axis, run, table)
-    _finish(figure_axes=panels, columns=3, worst=bool(run.traces))
+    _finish(panels, 3)
     low, high = run.spec.actuators.spread.supports[0]
     text = _caption("Commanded wrench h(v) with its nominal limits", run, kept)
     if high > low:
@@ -111,8 +112,7 @@ def _history(table: pd.DataFrame, name: str) -> NDArray[np.float64]:
 def _norm(trace: pd.DataFrame, name: str) -> NDArray[np.float64]:
     """The Euclidean norm of a trace's vector: rho_m from rho_x_m, rho_y_m, rho_z_m."""
     stem, _, unit = name.partition("_")
-    parts = [trace["_".join(filter(None, (stem, axis, unit)))].to_numpy(dtype=float) for axis in "xyz"]
-    return np.linalg.norm(parts, axis=0)
+    return np.linalg.norm([trace["_".join(filter(None, (stem, axis, unit)))] for axis in "xyz"], axis=0)
 
 
 def _worst(run: Run) -> list[pd.DataFrame]:
@@ -133,15 +133,13 @@ def _marks(axis: Axes, run: Run, table: pd.DataFrame) -> None:
         axis.plot(lost, np.full(len(lost), 0.94), "x", color=plot.RED, mew=1.5, transform=across, label="flight lost")
 
 
-def _finish(figure_axes: list[Axes], columns: int, worst: bool) -> None:
+def _finish(panels: list[Axes], columns: int) -> None:
     """Time labels under the lowest axes, one legend above all."""
-    for axis in figure_axes[-columns:]:
+    for axis in panels[-columns:]:
         axis.set_xlabel("time, s")
-    if worst:
-        figure_axes[0].plot([], [], color=plot.RED, lw=0.9, label="worst flights")
-    handles, labels = figure_axes[0].get_legend_handles_labels()
+    handles, labels = panels[0].get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
-    figure_axes[0].figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=len(unique))
+    panels[0].figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=len(unique))
 
 
 def _caption(what: str, run: Run, kept: int) -> str:

@@ -119,6 +119,7 @@ def limit(axis: Axes, x: float, text: str, colour: str = INK) -> None:
     axis.annotate(
         text, (x, 0.03), xycoords=("data", "axes fraction"), xytext=(-3, 0), textcoords="offset points",
         rotation=90, ha="right", va="bottom", fontsize=8, color=colour,
+        bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.8},
     )  # fmt: skip
 
 

@@ -62,7 +62,9 @@ def _spread_figure(run: Run, stem: str) -> Drawing:
     axis.set_xlim(0, beyond)
     axis.set_xlabel(axis_label(words, unit))
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return Drawing("saturation", f"{capital(words)}, per channel, {count(run.flown)} samples.", figure)
+    return Drawing(
+        "saturation", f"{capital(words)}, per channel, {count(run.flown)} samples. Infinite values lie beyond the axis.", figure
+    )
 
 
 def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: str) -> tuple[Drawing, Table]:
@@ -94,7 +96,7 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
     drawn = (
         f"{capital(words)} of a channel against the effectiveness that it has lost; where several faults act on it, "
         f"what remains is multiplied. Bars: {percent(CONFIDENCE)} confidence intervals of the quantiles in bins of "
-        f"severity. Dots: {count(len(range(0, run.flown, every)))} of the samples."
+        f"severity. Dots: {count(len(range(0, run.flown, every)))} of the samples. An infinite quantile is not drawn."
     )
     head = ("channel", *(f"severity {low:.2f} – {high:.2f}" for low, high in pairwise(edges)))
     caption = f"{capital(words)} that 95 % of the samples in a bin do not exceed, with its {percent(CONFIDENCE)} interval."

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from rvjax.sections import plot
 from rvjax.sections.opened import CONFIDENCE, Run
@@ -25,7 +26,7 @@ def section(run: Run) -> Section:
     times, errors = run.metrics(_TIMES), run.metrics(_ERRORS)
     if not times or not errors:
         return Section("settling", title, "The table has no settling times or no errors.")
-    never = {f"{name}.never": (f"{label(name)}: never within the horizon", np.isposinf(run.metric(name))) for name in times}
+    never = {f"{name}.never": (f"{label(name)}: never within the horizon", _never(run, name)) for name in times}
     body = (
         _time_figure(run, times),
         quantiles(run, "Times from the start of the flight.", times),
@@ -39,8 +40,13 @@ def section(run: Run) -> Section:
 def _lead(run: Run, name: str) -> str:
     late = run.quantile(name, 0.95)
     if math.isinf(late.estimate.value):
-        return f"Fewer than 95 % of the samples reach their {label(name)} within the horizon."
+        share = run.share(f"{name}.never", _never(run, name))
+        return f"{spoken(share)} of the samples never settle within the horizon ({label(name)}: ∞)."
     return f"95 % of the samples have a {label(name)} of at most {spoken(late)}."
+
+
+def _never(run: Run, name: str) -> NDArray[np.bool_]:
+    return np.isposinf(run.metric(name))
 
 
 def _time_figure(run: Run, names: list[str]) -> Drawing:

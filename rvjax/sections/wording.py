@@ -70,11 +70,15 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
 
 def shown(item: Number) -> tuple[str, str]:
-    """(value with unit, interval) of a number as text; the interval of a count is empty."""
+    """(value with unit, interval) of a number as text; the interval of a count is empty.
+
+    An infinite value has no unit: then the interval has it, where one of its ends is finite.
+    """
     if not isinstance(item.value, Estimate):
         return count(item.value), ""
     estimate = item.value
-    scale, symbol = (0.01, "%") if item.percent else prefixed(estimate.value, item.unit)
+    reference = next(filter(math.isfinite, (estimate.value, estimate.low, estimate.high)), math.inf)
+    scale, symbol = (0.01, "%") if item.percent else prefixed(reference, item.unit)
     value, low, high = (x / scale for x in (estimate.value, estimate.low, estimate.high))
     ends = [x for x in (value, low, high) if math.isfinite(x)]
     if ends and 0.0 < max(map(abs, ends)) < 1e-3:
@@ -82,9 +86,9 @@ def shown(item: Number) -> tuple[str, str]:
         value, low, high = (x / 10.0**exponent for x in (value, low, high))
         symbol = f"×{power_of_ten(exponent)} {symbol}".strip()
     decimals = _decimals(value, low, high)
-    text = _fixed(value, decimals, ROUND_HALF_EVEN)
+    text = _with_unit(_fixed(value, decimals, ROUND_HALF_EVEN), value, symbol)
     interval = f"{_fixed(low, decimals, ROUND_FLOOR)} … {_fixed(high, decimals, ROUND_CEILING)}"
-    return _with_unit(text, estimate.value, symbol), interval
+    return text, interval if math.isfinite(value) else _with_unit(interval, reference, symbol)
 
 
 def spoken(item: Number) -> str:

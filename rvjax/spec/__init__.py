@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rvjax.spec.choice import CHANNELS, Choice
+from rvjax.spec.choice import Choice
 from rvjax.spec.fields import Model, channels, count, flag, number, option, part, scalar, validate, vector
 from rvjax.spec.model import Spec, load, parse
 from rvjax.spec.quantity import Quantity
@@ -11,7 +11,6 @@ from rvjax.spec.schema import schema
 from rvjax.spec.source import Source
 
 __all__ = [
-    "CHANNELS",
     "Choice",
     "Model",
     "Quantity",

@@ -12,30 +12,25 @@ from pydantic import GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import core_schema
 
 from rvjax.spec.problem import Problem, refuse
-from rvjax.spec.quantity import COMPONENTS
 from rvjax.spec.values import Place, describe, is_list, is_mapping
 
 NAME = re.compile(r"[a-z][a-z0-9-]{0,63}")
 NAME_WORDS = "accepted: small letters, digits and hyphens, the first a letter, at most 64"
-CHANNELS = COMPONENTS["channels"]
 KEYS = ("use", "name")
-FAULT_KEYS = (*KEYS, "channels")
 """What a campaign says of a component beside its parameters."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """One component: `{use: …, name: optional, …parameters}`, of a fault also `channels: all` or a list of channels.
+    """One component: `{use: …, name: optional, …parameters}`.
 
-    use: which component; name: its own, unique in its list; path: its place in the campaign; parameters: as written
-    there; channels: that a fault acts on.
+    use: which component; name: its own, unique in its list; path: its place in the campaign; parameters: as written there.
     """
 
     use: str
     name: str
     path: Place
     parameters: Mapping[str, Any]
-    channels: tuple[str, ...] = CHANNELS
 
     @property
     def prefix(self) -> str:
@@ -61,11 +56,8 @@ def _text(entry: Any, key: str) -> str:
     return value if isinstance(value, str) else ""
 
 
-@dataclass(frozen=True)
 class OneChoice:
     """Reads one component."""
-
-    own_keys: tuple[str, ...] = KEYS
 
     def read(self, raw: Any, info: ValidationInfo) -> Any:
         """The choice, or every problem at once."""
@@ -84,22 +76,13 @@ class OneChoice:
             problems.append(Problem("missing", accepted, (*below, "use"), at_key=True))
         wrong = [key for key in KEYS if key in raw and not NAME.fullmatch(_text(raw, key))]
         problems += [Problem(f"found {describe(raw[key])}", NAME_WORDS, (*below, key)) for key in wrong]
-        channels = raw.get("channels", "all") if "channels" in self.own_keys else "all"
-        known = is_list(channels) and channels and all(channels.count(channel) == 1 for channel in channels)
-        if channels != "all" and not (known and set(map(str, channels)) <= set(CHANNELS)):
-            accepted = f"accepted: all, or a list of different ones of {', '.join(CHANNELS)}"
-            problems.append(Problem(f"found {describe(channels)}", accepted, (*below, "channels")))
-            return None
-        acts_on = tuple(channel for channel in CHANNELS if channels == "all" or channel in channels)
-        parameters = {key: value for key, value in raw.items() if key not in self.own_keys}
-        return Choice(_text(raw, "use"), name, path, MappingProxyType(parameters), acts_on)
+        parameters = {key: value for key, value in raw.items() if key not in KEYS}
+        return Choice(_text(raw, "use"), name, path, MappingProxyType(parameters))
 
     def json_schema(self) -> dict[str, Any]:
         """What the field accepts, as JSON Schema; parameters are the component's own."""
-        channels = {"anyOf": [{"const": "all"}, {"type": "array", "items": {"enum": list(CHANNELS)}, "minItems": 1}]}
         name = {"type": "string", "pattern": f"^{NAME.pattern}$"}
-        properties = {"use": name, "name": name, "channels": channels}
-        return {"type": "object", "properties": {key: properties[key] for key in self.own_keys}, "required": ["use"]}
+        return {"type": "object", "properties": {"use": name, "name": name}, "required": ["use"]}
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read)
@@ -108,7 +91,6 @@ class OneChoice:
         return self.json_schema()
 
 
-@dataclass(frozen=True)
 class ListOfChoices(OneChoice):
     """Reads a list of components with different names."""
 

@@ -15,7 +15,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import erf, erfinv, log_ndtr, ndtr, ndtri, ndtri_exp
+from scipy.special import erf, erfinv, log_ndtr, ndtr, ndtri, ndtri_exp  # pyright: ignore[reportMissingTypeStubs]
 
 Array = NDArray[np.float64]
 

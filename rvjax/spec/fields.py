@@ -13,7 +13,7 @@ unit. Ranges and defaults are in the unit of the key, as the user writes them. A
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Required, TypedDict, TypeVar, Unpack, cast
 
 from pydantic import (
@@ -180,9 +180,9 @@ class DeclaredQuantity(Declared):
             refuse(Problem(found, f"accepted: a norm of at most {most} in every draw"))
         try:
             scaled = tuple(part.scaled(self.factor) for part in parts)
+            return replace(quantity, parts=scaled, joint=joint and joint.scaled(self.factor))
         except ValueError as error:
             refuse(Problem(f"in {self.unit}, {error}", "accepted: a wider range"))
-        return Quantity(self.shape, scaled, joint and joint.scaled(self.factor), self.unit, self.doc)
 
     def json_schema(self) -> dict[str, Any]:
         scalar = {"anyOf": [self.bounds(), distribution()]}

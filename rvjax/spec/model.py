@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, cast
 from pydantic import PrivateAttr, ValidationInfo, field_validator
 
 from rvjax.errors import CampaignError, Finding
-from rvjax.spec.choice import FAULT_KEYS, NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
+from rvjax.spec.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
 from rvjax.spec.fields import Model, channels, count, number, option, part, scalar, validate, vector
 from rvjax.spec.inertia import Inertia
 from rvjax.spec.overrides import override
@@ -22,7 +22,6 @@ from rvjax.spec.requirement import Requirement
 from rvjax.spec.source import Source, read
 from rvjax.spec.values import Place, describe
 
-FORMAT = 1
 EARTH_RADIUS_M = 6378e3
 MOST_STEPS = 10_000_000
 WHOLE = 1e-9
@@ -108,11 +107,11 @@ class Actuators(Model):
     lower: Quantity = channels("N, N·m", above=0.0, doc="lower limits, as positive numbers")
     spread: Quantity = scalar("1", default=1.0, above=0.0, doc="factor on each limit, drawn independently for each")
 
-    def quantities(self, prefix: str = "") -> dict[str, Quantity]:
+    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
         """With the spread of each of the twelve limits: `spread.upper` and `spread.lower`."""
-        known = super().quantities(prefix)
-        twelve = replace(known.pop(f"{prefix}.spread"), shape="channels", parts=self.spread.parts * 6)
-        return known | {f"{prefix}.spread.upper": twelve, f"{prefix}.spread.lower": twelve}
+        six = replace(self.spread, shape="channels", parts=self.spread.parts * 6)
+        limits = {"upper": self.upper, "lower": self.lower, "spread.upper": six, "spread.lower": six}
+        yield from ((prefix + name, quantity) for name, quantity in limits.items())
 
 
 class Capture(Model):
@@ -147,7 +146,7 @@ class Spec(Model):
         default={"use": "smooth-tanh"}, doc="how a command is brought inside the limits"
     )
     disturbances: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="forces and torques beside the actuators")
-    faults: Annotated[tuple[Choice, ...], ListOfChoices(FAULT_KEYS)] = part(default=[], doc="what goes wrong with the actuators")
+    faults: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="what goes wrong with the actuators")
     controller: Annotated[Choice, OneChoice()] = part(doc="the controller under test")
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
@@ -201,7 +200,7 @@ def _canonical(value: Any) -> Any:
     if isinstance(value, Model):
         return {name: _canonical(getattr(value, name)) for name in type(value).model_fields}
     if isinstance(value, Choice):
-        return [value.use, value.name, value.channels]
+        return [value.use, value.name]
     if isinstance(value, Quantity):
         return _canonical([value.shape, value.parts, value.joint])
     if is_dataclass(value):
@@ -210,7 +209,7 @@ def _canonical(value: Any) -> Any:
         return {str(key): _canonical(item) for key, item in cast("Mapping[Any, Any]", value).items()}
     if isinstance(value, (list, tuple)):
         return [_canonical(item) for item in cast("Sequence[Any]", value)]
-    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def parse(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Spec | None, list[Finding], Source]:

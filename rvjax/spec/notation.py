@@ -170,11 +170,12 @@ class Reader:
 
     def joint(self, word: str, given: Any, place: Place) -> JointDistribution | None:
         """`{ball: radius}` or `{direction: radius}`."""
-        values = self.numbers(given, ("radius",), place)
-        if not values:
-            return None
-        self.checked(word, lambda: Uniform(-values[0], values[0]), place)
-        return JOINT_LAWS[word](values[0]) if not self.problems else None
+        for radius in self.numbers(given, ("radius",), place):
+            if radius > 0.0:
+                self.checked(word, lambda radius=radius: Uniform(-radius, radius), place)
+                return JOINT_LAWS[word](radius)
+            self.refuse(place, f"{word}: found {radius:g}", f"accepted: a radius above {with_unit('0', self.unit)}")
+        return None
 
     def numbers(self, given: Any, names: tuple[str, ...] | None, place: Place) -> list[float]:
         """The parameters of a distribution, which are plain numbers; empty if a problem was found."""

@@ -66,7 +66,7 @@ def read(path: str | Path) -> Source:
     if len(content) > MOST_BYTES:
         return refuse(f"the file is larger than {MOST_BYTES // 1024} KiB", "accepted: a smaller file")
     try:
-        return read_text(content.decode("utf-8-sig"), name)
+        return read_text(content.decode("utf-8"), name)
     except UnicodeDecodeError as error:
         before = content[: error.start].decode("utf-8", errors="replace")
         found = f"byte 0x{content[error.start]:02x} is not UTF-8"

@@ -1,0 +1,198 @@
+"""The program as a user meets it: exit codes, JSON on stdout, messages on stderr, no traceback."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rvjax.cli import main
+from tests.short import CAMPAIGN, SHORT
+
+Run = Callable[..., tuple[int, str, str]]
+SETS = [part for one in SHORT for part in ("--set", one)]
+
+
+@pytest.fixture
+def rvjax(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Runs the program in this process: (exit code, stdout, stderr)."""
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["rvjax", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert isinstance(ended.value.code, int)
+        return (ended.value.code, *capsys.readouterr())
+
+    return run
+
+
+def test_help_and_import_do_without_jax() -> None:
+    """Kills: an import at the top of a command's module that pulls in JAX, NumPy or pandas."""
+    look = "import sys, rvjax, rvjax.cli; print(sorted({'jax', 'numpy', 'pandas', 'pydantic'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+    assert done.stderr == ""
+
+
+def test_every_command_has_help(rvjax: Run) -> None:
+    for command in ("init", "validate", "run", "report", "check", "replay", "list", "explain", "schema", "doctor"):
+        code, out, _ = rvjax(command, "--help")
+        assert code == 0
+        assert "--json" in out
+
+
+def test_version(rvjax: Run) -> None:
+    assert rvjax("--version")[:2] == (0, "rvjax 0.1.0\n")
+
+
+@pytest.mark.parametrize("wrong", [["fly"], ["run"], ["run", "--samples", "0", "x"], ["replay", "x"], ["check", "--nonsense", "x"]])
+def test_a_wrong_command_is_exit_2_and_one_message(rvjax: Run, wrong: list[str]) -> None:
+    code, out, err = rvjax(*wrong)
+    assert (code, out) == (2, "")
+    assert err.startswith("rvjax: ")
+    assert "Traceback" not in err
+
+
+def test_a_wrong_campaign_is_exit_2_with_its_place(rvjax: Run, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(CAMPAIGN.read_text().replace("mass_kg", "mass_g").replace("saturated-adaptive", "saturated-adaptve"))
+    code, out, err = rvjax("run", bad)
+    assert (code, out) == (2, "")
+    lines = err.splitlines()
+    assert len(lines) == 3  # the unknown key, the missing one, the unknown controller
+    assert all(line.startswith(f"{bad}:") for line in lines)
+    code, out, _ = rvjax("validate", bad, "--json")
+    assert code == 2
+    assert [finding["path"] for finding in json.loads(out)["findings"]] == ["pursuer.mass_g", "pursuer.mass_kg", "controller.use"] or len(
+        json.loads(out)["findings"]
+    ) == 3
+
+
+def test_check_gives_the_verdict_as_exit_code(rvjax: Run, flown: Path) -> None:
+    """40 captured of 40 cannot show 99 %: undecided (3)."""
+    code, out, _ = rvjax("check", flown)
+    assert code == 3
+    assert "40 samples: 40 captured" in out
+    assert "UNDECIDED" in out
+    code, out, err = rvjax("check", flown, "--json")
+    document = json.loads(out)
+    assert (code, document["exit_code"], err) == (3, 3, "")
+    assert [verdict["verdict"] for verdict in document["verdicts"]][0] == "UNDECIDED"
+    assert document["account"]["captured"] == 40
+
+
+@pytest.mark.parametrize(("required", "code"), [("at_least: 0.5", 0), ("at_least: 0.9999", 3)])
+def test_run_ends_with_the_verdict(rvjax: Run, tmp_path: Path, required: str, code: int) -> None:
+    require = f"require=[{{metric: captured, {required}}}]"
+    found, out, err = rvjax("run", CAMPAIGN, "--out", tmp_path / "run", *SETS, "--set", require)
+    assert found == code
+    assert str(tmp_path / "run" / "report.html") in out
+    assert "flying 40 of 40 samples" in err
+    assert (tmp_path / "run" / "report.html").stat().st_size > 100_000
+
+
+def test_a_failed_requirement_is_exit_1(rvjax: Run, tmp_path: Path) -> None:
+    require = "require=[{metric: delta_v_m_s, above: 1.0e+6, at_least: 0.5}]"
+    code, out, _ = rvjax("run", CAMPAIGN, "--out", tmp_path / "run", *SETS, "--set", require, "--quiet")
+    assert code == 1
+    assert "FAIL" in out
+
+
+def test_a_damaged_folder_is_exit_5(rvjax: Run, flown: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "copy"
+    subprocess.run(["cp", "-r", flown, copy], check=True)
+    chunk = copy / "samples" / "00000.parquet"
+    data = bytearray(chunk.read_bytes())
+    data[len(data) // 2] ^= 1
+    chunk.chmod(0o644)
+    chunk.write_bytes(bytes(data))
+    for command in (["check", copy], ["report", copy], ["doctor", copy]):
+        code, _, err = rvjax(*command)
+        assert code == 5, command
+        assert "Traceback" not in err
+
+
+def test_no_run_folder(rvjax: Run, tmp_path: Path) -> None:
+    code, out, err = rvjax("report", tmp_path)
+    assert (code, out) == (5, "")
+    assert str(tmp_path) in err
+
+
+def test_replay_writes_a_trace(rvjax: Run, flown: Path, tmp_path: Path) -> None:
+    code, out, _ = rvjax("replay", flown, "--sample", 3, "--every", 40, "--out", tmp_path / "t.csv", "--json")
+    assert code == 0
+    assert json.loads(out)["rows"] == 11
+    assert len((tmp_path / "t.csv").read_text().splitlines()) == 12
+    code, _, err = rvjax("replay", flown, "--sample", 3, "--out", tmp_path / "t.xlsx")
+    assert code == 2
+    assert "accepted: a name that ends in .parquet or .csv" in err
+
+
+def test_init_gives_a_campaign_that_is_valid(rvjax: Run, tmp_path: Path) -> None:
+    code, _, _ = rvjax("init", tmp_path / "new")
+    assert code == 0
+    code, out, _ = rvjax("validate", tmp_path / "new" / "campaign.yaml")
+    assert code == 0
+    assert "256 samples" in out
+    code, _, err = rvjax("init", tmp_path / "new")
+    assert code == 2
+    assert "is there already" in err
+
+
+def test_shipped_campaigns_are_valid(rvjax: Run) -> None:
+    code, out, _ = rvjax("validate", *sorted(CAMPAIGN.parent.glob("*.yaml")), "--json")
+    assert code == 0
+    assert {Path(name).stem for name in json.loads(out)} >= {
+        "quickstart", "docking-nominal", "docking-faulted", "nussbaum-runaway", "envelope",
+    }  # fmt: skip
+
+
+def test_manual_pages(rvjax: Run) -> None:
+    code, out, _ = rvjax("list", "--json")
+    assert code == 0
+    names = [entry["name"] for entry in json.loads(out)["components"]]
+    assert {"saturated-adaptive", "pd-plus", "effectiveness", "bias", "constant", "sinusoid", "gravity-gradient", "hard-clip"} <= set(names)
+    for name in (*names, "settling_time_s", "faults", "horizon"):
+        code, out, _ = rvjax("explain", name)
+        assert (code, bool(out.strip())) == (0, True), name
+    code, _, err = rvjax("explain", "efectiveness")
+    assert code == 2
+    assert "did you mean" in err
+
+
+def test_schema_describes_every_component(rvjax: Run) -> None:
+    code, out, _ = rvjax("schema")
+    assert code == 0
+    document = json.loads(out)
+    assert "remaining" in json.dumps(document)
+    assert "nussbaum" in json.dumps(document)
+    assert {"samples", "horizon", "controller", "faults"} <= document["properties"].keys()
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on(tmp_path: Path, number: int, code: int) -> None:
+    """Kills: chunks lost at Ctrl-C, a traceback, a process that hangs in a thread."""
+    command = [sys.executable, "-m", "rvjax", "run", CAMPAIGN, "--out", tmp_path / "run", *SETS, "--set", "samples=4000"]
+    running = subprocess.Popen([*map(str, command)], stderr=subprocess.PIPE, text=True, env=os.environ | {"COLUMNS": "80"})
+    assert running.stderr is not None
+    lines: list[str] = []
+    for line in running.stderr:
+        lines.append(line)
+        if line.startswith("256/"):
+            break
+    running.send_signal(number)
+    started = time.monotonic()
+    rest = running.stderr.read()
+    assert running.wait(60) == code, "".join(lines) + rest
+    assert time.monotonic() - started < 60
+    assert "Traceback" not in rest
+    assert f"rvjax run {CAMPAIGN} --out {tmp_path / 'run'}" in rest
+    assert len(json.loads((tmp_path / "run" / "manifest.json").read_text())["chunks"]) >= 1

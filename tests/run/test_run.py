@@ -1,0 +1,129 @@
+"""A campaign flown end to end: what is in the folder, and what does not depend on how it was flown."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rvjax import tables
+from rvjax.algebra import CHANNELS
+from rvjax.batch import LANES
+from rvjax.errors import FolderError, UsageError
+from rvjax.replay import replay
+from rvjax.results import RunFolder
+from rvjax.run import run
+from tests.short import CAMPAIGN, SHORT
+
+TRACE_COLUMNS = [
+    "t_s",
+    *(f"rho_{a}_m" for a in "xyz"),
+    *(f"nu_{a}_m_s" for a in "xyz"),
+    *(f"sigma_{a}" for a in "xyz"),
+    *(f"omega_{a}_rad_s" for a in "xyz"),
+    *(f"target_r_{a}_m" for a in "xyz"),
+    *(f"target_v_{a}_m_s" for a in "xyz"),
+    *(f"target_w_{a}_rad_s" for a in "xyz"),
+    *(f"{kind}_{channel}" for kind in ("cmd", "applied", "dist") for channel in CHANNELS),
+]
+
+
+def table(folder: Path) -> pd.DataFrame:
+    """The samples table."""
+    return RunFolder.open(folder).samples().frame
+
+
+def test_every_requested_sample_has_one_row_and_one_outcome(flown: Path) -> None:
+    """Kills: padded lanes counted, rows dropped, a sample counted twice."""
+    frame = table(flown)
+    assert frame["sample"].tolist() == list(range(40))
+    account = RunFolder.open(flown).account()
+    assert (account.requested, account.captured, account.not_settled, account.not_finite, account.missing) == (40, 40, 0, 0, 0)
+
+
+def test_table_has_units_and_meanings(flown: Path) -> None:
+    columns = RunFolder.open(flown).samples().columns
+    assert columns["draw.pursuer.mass_kg"].unit == "kg"
+    assert columns["metric.settling_time_s"].unit == "s"
+    assert columns["metric.settling_time_s"].better == "lower"
+    assert all(column.description for column in columns.values())
+
+
+def test_replay_reproduces_its_row_and_gives_the_contracted_trace(flown: Path) -> None:
+    """Kills: another draw, another program or another step for the replay than for the run (bitwise, 75 columns)."""
+    trace, columns, row = replay(flown, 17)
+    assert len(trace) == 401
+    assert list(trace.columns[: len(TRACE_COLUMNS) + 0]) == TRACE_COLUMNS or set(TRACE_COLUMNS) <= set(trace.columns)
+    assert set(columns) == set(trace.columns)
+    assert trace["t_s"].iloc[-1] == pytest.approx(20.0, abs=1e-12)
+    assert row["sample"] == 17
+    final = np.sqrt((trace[["rho_x_m", "rho_y_m", "rho_z_m"]].iloc[-1] ** 2).sum())
+    assert final == pytest.approx(row["metric.final_position_error_m"], rel=1e-14)
+
+
+def test_replay_compares_the_flight_with_the_row(flown: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kills: a replay that only claims to have checked. One metric of the repeated flight is changed in its last bit."""
+    honest = tables.samples_table
+
+    def changed(*args: object) -> tuple[pd.DataFrame, object]:
+        frame, columns = honest(*args)  # type: ignore[arg-type]
+        frame["metric.delta_v_m_s"] = np.nextafter(frame["metric.delta_v_m_s"], np.inf)
+        return frame, columns
+
+    monkeypatch.setattr(tables, "samples_table", changed)
+    with pytest.raises(FolderError, match=r"metric\.delta_v_m_s"):
+        replay(flown, 17, every=100)
+
+
+def test_replay_of_a_sample_that_is_not_there(flown: Path) -> None:
+    with pytest.raises(UsageError, match="no sample 40; accepted: 0 to 39"):
+        replay(flown, 40)
+
+
+def test_worst_traces_are_kept_and_thinned(flown: Path) -> None:
+    traces = RunFolder.open(flown).traces()
+    assert len(traces) == 10
+    assert all(len(trace) == 401 for trace in traces.values())
+
+
+def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path) -> None:
+    """Kills: draws that depend on the number of samples, a chunk flown twice with another result, pads in the table."""
+    fewer = table(run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=250"]))
+    flown: list[int] = []
+    more = table(run(CAMPAIGN, tmp_path / "run", [*SHORT, f"samples={LANES + 50}"], progress=lambda done, total: flown.append(done)))
+    assert len(more) == LANES + 50
+    pd.testing.assert_frame_equal(more.iloc[:250], fewer, check_exact=True)
+    again: list[int] = []
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, f"samples={LANES + 50}"], progress=lambda done, total: again.append(done))
+    assert again == []
+
+
+def test_another_seed_is_another_run(flown: Path) -> None:
+    """Kills: a folder gone on with under another identity."""
+    before = hashlib.sha256((flown / "manifest.json").read_bytes()).hexdigest()
+    with pytest.raises(FolderError, match="seed"):
+        run(CAMPAIGN, flown, [*SHORT, "seed=2"])
+    assert hashlib.sha256((flown / "manifest.json").read_bytes()).hexdigest() == before
+
+
+def test_a_sample_that_is_lost_disturbs_no_other(flown: Path, tmp_path: Path) -> None:
+    """A gain that is absurd in a third of the samples: those are not finite, one row each; every other row keeps its bits.
+
+    Kills: lanes that share numbers, a NaN that is dropped or counted as settled, a mean over the chunk inside the loop.
+    """
+    absurd = "controller.gains.k3={choice: {values: [2, 1.0e+80], weights: [2, 1]}}"
+    folder = run(CAMPAIGN, tmp_path / "run", [*SHORT, absurd])
+    frame, plain = table(folder), table(flown)
+    lost = frame["draw.controller.gains.k3"] > 2
+    assert 3 <= lost.sum() <= 30
+    assert (frame["outcome"][lost] == "not_finite").all()
+    assert (frame["outcome_time_s"][lost] <= 20.0).all()
+    assert (frame["metric.captured"][lost] == 0.0).all()
+    assert frame.loc[lost, "metric.final_position_error_m"].isna().all()
+    pd.testing.assert_frame_equal(frame.loc[~lost, plain.columns], plain[~lost], check_exact=True)
+    account = RunFolder.open(folder).account()
+    assert account.not_finite == lost.sum()
+    assert account.captured == (~lost).sum()
