@@ -21,7 +21,7 @@ def _selected(given: Any) -> tuple[str, ...]:
     else:
         found = "" if names is CHANNELS else f"found {describe(given)}"
     if found:
-        refuse([Problem((), found, f"accepted: all, or a list out of {', '.join(CHANNELS)}, each once")])
+        refuse(Problem(found, f"accepted: all, or a list out of {', '.join(CHANNELS)}, each once"))
     return tuple(names)
 
 
