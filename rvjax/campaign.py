@@ -1,6 +1,6 @@
 """A campaign resolved: which functions fly (structure), and which quantities are drawn or fixed (numbers).
 
-    campaigns/x.yaml ─load→ Spec ─resolve→ Problem
+campaigns/x.yaml ─load→ Spec ─resolve→ Problem
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
     Errors: CampaignError with every finding, each with file, line and column.
     """
     spec, findings, source = parse(path, overrides)
-    metrics = tuple(component("metrics", name) for name in members("metrics"))
+    metrics: tuple[Metric, ...] = tuple(component("metrics", name) for name in members("metrics"))
     parameters: dict[Place, Model] = {}
     for section, place, raw in _entries(source):
         model, more = _parameters(section, place, raw, source)

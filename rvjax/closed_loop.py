@@ -1,7 +1,7 @@
 """The closed loop: Seen ▸ controller ▸ saturation ▸ faults ▸ (+ disturbances) ▸ dynamics, for one sample at one instant.
 
-    ẏ = rate(t, y),   y = (relative motion, target motion, the controller's own state)
-    u = F(t, h(v)),   total wrench = u + d(t, y)
+ẏ = rate(t, y),   y = (relative motion, target motion, the controller's own state)
+u = F(t, h(v)),   total wrench = u + d(t, y)
 """
 
 from __future__ import annotations
@@ -78,14 +78,10 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State) -> tuple[State, Step
         target=target_rate(y.target, alpha_t),
         control=response.rate,
     )
-    return rate, Step(
-        t, y.motion, y.target, plant, response.command, commanded, applied, disturbance, response.report
-    )
+    return rate, Step(t, y.motion, y.target, plant, response.command, commanded, applied, disturbance, response.report)
 
 
-def behind_faults(
-    faults: Sequence[Fault], numbers: Sequence[Numbers], t: Scalar, wrench: Channels, plant: Plant
-) -> Channels:
+def behind_faults(faults: Sequence[Fault], numbers: Sequence[Numbers], t: Scalar, wrench: Channels, plant: Plant) -> Channels:
     """The wrench after every fault in turn, in the order of the campaign."""
     for fault, own in zip(faults, numbers, strict=True):
         wrench = fault(t, wrench, plant, own)

@@ -130,7 +130,7 @@ def _inertia(name: str, inertia: Inertia, draws: Draws) -> Symmetric:
     rows = [turn.a, turn.b, turn.c]
 
     def entry(i: int, j: int) -> Values:
-        return sum(m * p * q for m, p, q in zip(moments, rows[i].parts(), rows[j].parts(), strict=True))
+        return np.sum([m * p * q for m, p, q in zip(moments, rows[i].parts(), rows[j].parts(), strict=True)], axis=0)
 
     return Symmetric(*(entry(i, j) for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))))
 

@@ -80,9 +80,7 @@ def target_alpha(w: Vector, inertia: Symmetric, inertia_inverse: Symmetric) -> V
 
 def target_rate(target: TargetMotion, alpha_t: Vector) -> TargetMotion:
     """(ṙ_t, v̇_t, ω̇_t) of the components in T: ṙ_t = v_t − ω_t×r_t, v̇_t = g(r_t) − ω_t×v_t."""
-    return TargetMotion(
-        r=target.v - cross(target.w, target.r), v=gravity(target.r) - cross(target.w, target.v), w=alpha_t
-    )
+    return TargetMotion(r=target.v - cross(target.w, target.r), v=gravity(target.r) - cross(target.w, target.v), w=alpha_t)
 
 
 def relative(motion: Motion, target: TargetMotion, alpha_t: Vector, port: Vector) -> Relative:

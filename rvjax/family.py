@@ -48,6 +48,6 @@ def module_of(family: str, name: str) -> Any:
     return import_module(members(family)[name].partition(":")[0])
 
 
-def component(family: str, name: str) -> Component[Any]:
-    """The member `name`, which must exist."""
+def component(family: str, name: str) -> Any:
+    """The member `name`, which must exist: a `Component`, in the family of metrics a `Metric`."""
     return module_of(family, name).COMPONENT

@@ -49,9 +49,7 @@ def begin(loop: closed_loop.Loop, metrics: tuple[Metric, ...], drawn: Drawn) -> 
     return jax.tree.map(lambda x: jnp.asarray(x, drawn.rules.step_s.dtype), carry)
 
 
-def advance(
-    evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: Carry, first: Scalar, last: Scalar
-) -> Carry:
+def advance(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: Carry, first: Scalar, last: Scalar) -> Carry:
     """The carry at step `last` from the carry at step `first` (whole numbers)."""
     h = drawn.rules.step_s
 
@@ -76,7 +74,8 @@ def observe(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> Step:
 def glance(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> Glance:
     """What envelopes over time show of step k."""
     now = observe(evaluate, drawn, carry, k)
-    return Glance(*(norm(part) for part in now.motion), now.commanded)
+    motion = now.motion
+    return Glance(norm(motion.rho), norm(motion.nu), norm(motion.sigma), norm(motion.omega), now.commanded)
 
 
 def finish(
@@ -91,9 +90,7 @@ def finish(
     return values, carry.lost_s
 
 
-def fold(
-    metrics: tuple[Metric, ...], folds: tuple[Any, ...], now: Step, weight: Scalar, drawn: Drawn
-) -> tuple[Any, ...]:
+def fold(metrics: tuple[Metric, ...], folds: tuple[Any, ...], now: Step, weight: Scalar, drawn: Drawn) -> tuple[Any, ...]:
     """Every metric's accumulator after one more instant."""
     return tuple(m.update(acc, now, weight, drawn.rules) for m, acc in zip(metrics, folds, strict=True))
 

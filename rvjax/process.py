@@ -6,6 +6,9 @@ Settings (part of a run's identity):
     XLA_FLAGS      multi-output fusion, without which XLA's CPU fusion copies shared terms of the equations over and over
 """
 
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
+# (JAX and pandas say little about their types)
+
 from __future__ import annotations
 
 import os
@@ -62,7 +65,7 @@ def settings() -> dict[str, object]:
     import jax
 
     return {
-        "precision": "float64" if jax.config.jax_enable_x64 else "float32",
+        "precision": "float64" if jax.config.read("jax_enable_x64") else "float32",
         "device": jax.devices()[0].platform,
         "device_kind": jax.devices()[0].device_kind,
         "xla_flags": os.environ.get("XLA_FLAGS", ""),

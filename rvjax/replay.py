@@ -1,5 +1,8 @@
 """Flying samples again: the same compiled program on the same draws, so the metrics are those of the table, bit for bit."""
 
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
+# (JAX and pandas say little about their types)
+
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence

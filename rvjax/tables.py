@@ -1,6 +1,6 @@
 """Flights as tables: the samples table, the envelope table and the trace table of a run folder.
 
-    Flights ─columns→ Table
+Flights ─columns→ Table
 """
 
 from __future__ import annotations
@@ -33,9 +33,7 @@ ENVELOPE = {
 }
 
 
-def samples_table(
-    problem: Problem, draws: Draws, flown: Flown, rows: slice
-) -> tuple[pd.DataFrame, dict[str, Column]]:
+def samples_table(problem: Problem, draws: Draws, flown: Flown, rows: slice) -> tuple[pd.DataFrame, dict[str, Column]]:
     """One row per sample: outcome, draws and metrics; rows: which samples of the flown ones.
 
     captured: both tubes held over the closing window. not_finite: a number of the state stopped being finite; its metrics are

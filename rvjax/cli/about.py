@@ -67,9 +67,7 @@ def list_components(as_json: Json = False) -> int:
     for family in dict.fromkeys(row[0] for row in found):
         rows = [(name, f"{summary}\n{origin}") for own, name, origin, summary in found if own == family]
         output.table((family, "what it is, and where it comes from"), rows)
-    output.document(
-        {"components": [dict(zip(("family", "name", "from", "summary"), row, strict=True)) for row in found]}
-    )
+    output.document({"components": [dict(zip(("family", "name", "from", "summary"), row, strict=True)) for row in found]})
     return 0
 
 

@@ -72,9 +72,7 @@ def replay(
     metrics = {name.removeprefix("metric."): value for name, value in row.items() if name.startswith("metric.")}
     output.text(f"sample {sample}: {row['outcome']} at {row['outcome_time_s']:.6g} s; {len(trace)} rows in {target}")
     output.table(("metric", "value"), [(name, f"{value:.6g}") for name, value in metrics.items()])
-    output.document(
-        {"sample": sample, "outcome": row["outcome"], "trace": str(target), "rows": len(trace), "metrics": metrics}
-    )
+    output.document({"sample": sample, "outcome": row["outcome"], "trace": str(target), "rows": len(trace), "metrics": metrics})
     return 0
 
 
@@ -111,7 +109,5 @@ def judge(folder: Path, output: Output) -> int:
     output.verdicts(verdicts)
     output.text(f"report: {folder / 'report.html'}")
     code = exit_code(verdicts)
-    output.document(
-        {"folder": str(folder), "account": vars(account), "verdicts": verdict_documents(verdicts), "exit_code": code}
-    )
+    output.document({"folder": str(folder), "account": vars(account), "verdicts": verdict_documents(verdicts), "exit_code": code})
     return code

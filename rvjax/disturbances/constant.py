@@ -1,6 +1,6 @@
 """Constant disturbance wrench on the pursuer.
 
-    d_f(t) = f,   d_τ(t) = τ,   both fixed in P
+d_f(t) = f,   d_τ(t) = τ,   both fixed in P
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Sinusoidal disturbance wrench on the pursuer, with its own amplitude, rate and phase in every channel.
 
-    dᵢ(t) = aᵢ sin(wᵢ t + φᵢ),   fixed in P
+dᵢ(t) = aᵢ sin(wᵢ t + φᵢ),   fixed in P
 """
 
 from __future__ import annotations

@@ -28,9 +28,7 @@ def start(rules: Rules) -> Peaks:
 def update(acc: Peaks, step: Step, weight: Scalar, rules: Rules) -> Peaks:
     """Running maxima."""
     del weight, rules
-    return Peaks(
-        jnp.maximum(acc.chi, largest(each(jnp.abs, step.report.chi))), jnp.maximum(acc.drift, step.report.drift)
-    )
+    return Peaks(jnp.maximum(acc.chi, largest(each(jnp.abs, step.report.chi))), jnp.maximum(acc.drift, step.report.drift))
 
 
 def finish(acc: Peaks, rules: Rules) -> Mapping[str, Scalar]:

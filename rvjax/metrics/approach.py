@@ -33,9 +33,7 @@ def update(acc: Approach, step: Step, weight: Scalar, rules: Rules) -> Approach:
     rho = rotate_back(rotation(step.motion.sigma), step.motion.rho)
     distance = norm(rho)
     outside = (dot(rules.axis, rho) < rules.cone * distance) & (distance > rules.tube_m)
-    return Approach(
-        jnp.minimum(acc.closest, norm(rho + step.plant.port)), acc.outside + jnp.where(outside, weight, 0.0)
-    )
+    return Approach(jnp.minimum(acc.closest, norm(rho + step.plant.port)), acc.outside + jnp.where(outside, weight, 0.0))
 
 
 def finish(acc: Approach, rules: Rules) -> Mapping[str, Scalar]:

@@ -53,7 +53,9 @@ def test_version(rvjax: Run) -> None:
     assert rvjax("--version")[:2] == (0, "rvjax 0.1.0\n")
 
 
-@pytest.mark.parametrize("wrong", [["fly"], ["run"], ["run", "--samples", "0", "x"], ["replay", "x"], ["check", "--nonsense", "x"]])
+@pytest.mark.parametrize(
+    "wrong", [["fly"], ["run"], ["run", "--samples", "0", "x"], ["replay", "x"], ["check", "--nonsense", "x"]]
+)
 def test_a_wrong_command_is_exit_2_and_one_message(rvjax: Run, wrong: list[str]) -> None:
     code, out, err = rvjax(*wrong)
     assert (code, out) == (2, "")
@@ -71,9 +73,11 @@ def test_a_wrong_campaign_is_exit_2_with_its_place(rvjax: Run, tmp_path: Path) -
     assert all(line.startswith(f"{bad}:") for line in lines)
     code, out, _ = rvjax("validate", bad, "--json")
     assert code == 2
-    assert [finding["path"] for finding in json.loads(out)["findings"]] == ["pursuer.mass_g", "pursuer.mass_kg", "controller.use"] or len(
-        json.loads(out)["findings"]
-    ) == 3
+    assert [finding["path"] for finding in json.loads(out)["findings"]] == [
+        "pursuer.mass_g",
+        "pursuer.mass_kg",
+        "controller.use",
+    ] or len(json.loads(out)["findings"]) == 3
 
 
 def test_check_gives_the_verdict_as_exit_code(rvjax: Run, flown: Path) -> None:
@@ -159,7 +163,16 @@ def test_manual_pages(rvjax: Run) -> None:
     code, out, _ = rvjax("list", "--json")
     assert code == 0
     names = [entry["name"] for entry in json.loads(out)["components"]]
-    assert {"saturated-adaptive", "pd-plus", "effectiveness", "bias", "constant", "sinusoid", "gravity-gradient", "hard-clip"} <= set(names)
+    assert {
+        "saturated-adaptive",
+        "pd-plus",
+        "effectiveness",
+        "bias",
+        "constant",
+        "sinusoid",
+        "gravity-gradient",
+        "hard-clip",
+    } <= set(names)
     for name in (*names, "settling_time_s", "faults", "horizon"):
         code, out, _ = rvjax("explain", name)
         assert (code, bool(out.strip())) == (0, True), name

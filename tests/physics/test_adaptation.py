@@ -1,4 +1,4 @@
-"""The controller's parts: Nussbaum gains, differentiators, the regressor and its gradient, projection, the Lyapunov-like identity."""
+"""The controller's parts: Nussbaum gains, differentiators, regressor and gradient, projection, the Lyapunov-like identity."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def test_the_shaped_law_clips_and_freezes(one: Any) -> None:
 
 
 def test_estimates_stay_inside_their_bounds(levant: Recorder) -> None:
-    """The drift of the estimates is bounded by the projection even with absurd rates of adaptation; kills a missing projection."""
+    """The projection bounds the drift of the estimates even with absurd rates of adaptation; kills a missing projection."""
     numbers = flights.gains("saturated-adaptive") | {"gamma_mass": 1e7, "gamma_inertia": 1e7}
     record = levant(flights.draw(2, numbers, 300.0, 0.05), 1)
     room = max(300.0 / 70.0 - 1.0, 60.0 / 15.0 - 1.0)

@@ -93,7 +93,9 @@ def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path) -> None:
     """Kills: draws that depend on the number of samples, a chunk flown twice with another result, pads in the table."""
     fewer = table(run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=250"]))
     flown: list[int] = []
-    more = table(run(CAMPAIGN, tmp_path / "run", [*SHORT, f"samples={LANES + 50}"], progress=lambda done, total: flown.append(done)))
+    more = table(
+        run(CAMPAIGN, tmp_path / "run", [*SHORT, f"samples={LANES + 50}"], progress=lambda done, total: flown.append(done))
+    )
     assert len(more) == LANES + 50
     pd.testing.assert_frame_equal(more.iloc[:250], fewer, check_exact=True)
     again: list[int] = []
