@@ -60,6 +60,9 @@ WIDTH = 9.2
 
 _STEPS = 200  # points that a drawn distribution function keeps
 
+_BEYOND = 1e12
+"""Larger numbers are those of flights that blow up; an axis would hold nothing else, so they are drawn as infinite ones."""
+
 
 def axes(rows: int, columns: int, height: float, **sharing: Any) -> tuple[Figure, list[Axes]]:
     """A figure of rows x columns axes, in reading order; `height` in inches."""
@@ -69,10 +72,9 @@ def axes(rows: int, columns: int, height: float, **sharing: Any) -> tuple[Figure
 
 
 def distribution(axis: Axes, values: ArrayLike, colour: str, label: str, confidence: float) -> None:
-    """P(X <= x) as a step line with its Dvoretzky-Kiefer-Wolfowitz band; infinite values keep it below 1."""
+    """P(X <= x) as a step line with its Dvoretzky-Kiefer-Wolfowitz band; infinite and NaN values keep it below 1."""
     x = np.sort(np.asarray(values, dtype=float))
-    x = np.where(np.isnan(x), math.inf, x)
-    finite = int(np.isfinite(x).sum())
+    finite = int((x < _BEYOND).sum())
     if not finite:
         axis.plot([], [], color=colour, label=f"{label}: no finite value")
         return
@@ -96,7 +98,7 @@ def probability_axis(axis: Axes) -> None:
 def value_axis(axis: Axis, values: Iterable[ArrayLike], spread: float = 30.0) -> None:
     """Logarithmic where all finite values are positive and differ by more than a factor `spread`; plain tick labels."""
     everything = np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in values] or [np.zeros(0)])
-    finite = everything[np.isfinite(everything)]
+    finite = everything[np.abs(everything) < _BEYOND]
     positive = finite[finite > 0]
     if finite.size and positive.size == finite.size and positive.max() > spread * positive.min():
         logarithmic(axis, positive.max() / positive.min())
@@ -116,11 +118,12 @@ def logarithmic(axis: Axis, ratio: float) -> None:
 def limit(axis: Axes, x: float, text: str, colour: str = INK) -> None:
     """A vertical dashed line with its meaning written along it."""
     axis.axvline(x, color=colour, lw=1.0, ls=(0, (4, 3)))
-    axis.annotate(
+    note = axis.annotate(
         text, (x, 0.03), xycoords=("data", "axes fraction"), xytext=(-3, 0), textcoords="offset points",
-        rotation=90, ha="right", va="bottom", fontsize=8, color=colour,
+        rotation=90, annotation_clip=True, ha="right", va="bottom", fontsize=8, color=colour,
         bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.8},
     )  # fmt: skip
+    note.set_in_layout(False)  # one that lies beyond the axis is not drawn and takes no room
 
 
 def bands(axis: Axes, t: NDArray[np.float64], values: NDArray[np.float64], lost: float, colour: str = BLUE) -> None:

@@ -73,11 +73,8 @@ def test_a_wrong_campaign_is_exit_2_with_its_place(rvjax: Run, tmp_path: Path) -
     assert all(line.startswith(f"{bad}:") for line in lines)
     code, out, _ = rvjax("validate", bad, "--json")
     assert code == 2
-    assert [finding["path"] for finding in json.loads(out)["findings"]] == [
-        "pursuer.mass_g",
-        "pursuer.mass_kg",
-        "controller.use",
-    ] or len(json.loads(out)["findings"]) == 3
+    paths = [finding["path"] for finding in json.loads(out)["findings"]]
+    assert sorted(paths) == ["controller.use", "pursuer.mass_g", "pursuer.mass_kg"]
 
 
 def test_check_gives_the_verdict_as_exit_code(rvjax: Run, flown: Path) -> None:
@@ -89,7 +86,7 @@ def test_check_gives_the_verdict_as_exit_code(rvjax: Run, flown: Path) -> None:
     code, out, err = rvjax("check", flown, "--json")
     document = json.loads(out)
     assert (code, document["exit_code"], err) == (3, 3, "")
-    assert [verdict["verdict"] for verdict in document["verdicts"]][0] == "UNDECIDED"
+    assert document["verdicts"][0]["verdict"] == "UNDECIDED"
     assert document["account"]["captured"] == 40
 
 

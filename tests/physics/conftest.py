@@ -7,8 +7,8 @@ import pytest
 from tests import flights
 from tests.flights import Recorder
 
-ROWS = 6000
-"""Recorded instants of a flight, but for the last: 300 s with a row every 0.05 s."""
+ROWS = 3000
+"""Recorded instants of a flight, but for the last: 300 s with a row every 0.1 s."""
 
 
 @pytest.fixture(scope="session")

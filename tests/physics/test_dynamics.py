@@ -22,12 +22,12 @@ from tests import flights
 from tests.flights import Recorder
 from tests.oracles import absolute
 
-LANES = range(4)
+LANES = range(flights.LANES)
 
 
 @pytest.fixture(scope="module")
 def drawn() -> Drawn:
-    return flights.draw(len(LANES), {}, 300.0, 0.05)
+    return flights.draw({}, 300.0, 0.05)
 
 
 def array(v: Any) -> NDArray[np.float64]:
@@ -120,7 +120,7 @@ def test_free_motion_conserves_momenta_and_energy(pd_plus: Recorder) -> None:
 
     Both other vectors are fixed in inertial space, so H is too, as a vector: |H| alone does not see a sign of Ω×JΩ.
     """
-    drawn = flights.silenced(flights.draw(1, flights.gains("pd-plus"), 300.0, 0.05, onset_s=0.0))
+    drawn = flights.silenced(flights.draw(flights.gains("pd-plus"), 300.0, 0.1, onset_s=0.0))
     trace, plant = pd_plus(drawn, 1).traces[0], flights.lane(drawn.plant, 0)
     assert not absolute.recorded_wrench(trace).any()
     r, v, w = (absolute.columns(trace, f"target_{name}") for name in ("r_*_m", "v_*_m_s", "w_*_rad_s"))

@@ -1,8 +1,9 @@
-"""The integration and the batch: order 4, faults and disturbances as drawn, lost samples, devices, interruptions, float32."""
+"""The integration and the batch: order 4, faults and disturbances as drawn, lost samples, threads, interruptions, float32."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import jax
@@ -25,19 +26,19 @@ ADAPTIVE = flights.loop("saturated-adaptive")
 STEPS, STEP_S = 350, 0.05
 
 
-def gentle(lanes: int, step_s: float, duration_s: float = 300.0) -> Drawn:
-    return flights.draw(lanes, flights.gains("saturated-adaptive") | flights.GENTLE, duration_s, step_s)
+def gentle(step_s: float, duration_s: float = 300.0) -> Drawn:
+    return flights.draw(flights.gains("saturated-adaptive") | flights.GENTLE, duration_s, step_s)
 
 
-def slow_pd(lanes: int, step_s: float) -> Drawn:
-    return flights.draw(lanes, flights.gains("pd-plus") | flights.SLOW_PD, 300.0, step_s)
+def slow_pd(step_s: float) -> Drawn:
+    return flights.draw(flights.gains("pd-plus") | flights.SLOW_PD, 300.0, step_s)
 
 
 @pytest.mark.parametrize(("controller", "draw"), [("pd_plus", slow_pd), ("filtered", gentle)])
-def test_order_four(controller: str, draw: Callable[[int, float], Drawn], request: pytest.FixtureRequest) -> None:
+def test_order_four(controller: str, draw: Callable[[float], Drawn], request: pytest.FixtureRequest) -> None:
     """|y_h − y_{h/2}| / |y_{h/2} − y_{h/4}| = 2⁴ for ν and ω over the whole flight; kills wrong weights or stages of RK4."""
     record: Recorder = request.getfixturevalue(controller)
-    coarse, middle, fine = (record(draw(1, 0.1 / every), every).traces[0] for every in (2, 4, 8))
+    coarse, middle, fine = (record(draw(0.1 / every), every).traces[0] for every in (1, 2, 4))
     first, second = deviation(coarse, middle), deviation(middle, fine)
     for name in ("velocity", "attitude", "rate"):
         assert 14.0 <= getattr(first, name) / getattr(second, name) <= 18.0, (name, first, second)
@@ -58,7 +59,7 @@ def test_rk4_is_exact_for_cubics_and_no_further() -> None:
 @pytest.fixture(scope="module")
 def faulted(pd_plus: Recorder) -> tuple[Drawn, pd.DataFrame]:
     """A flight with every fault at 100 s."""
-    drawn = flights.draw(1, flights.gains("pd-plus"), 300.0, 0.05, onset_s=100.0)
+    drawn = flights.draw(flights.gains("pd-plus"), 150.0, 0.05, onset_s=100.0)
     return drawn, pd_plus(drawn, 1).traces[0]
 
 
@@ -91,7 +92,7 @@ def test_disturbances_are_as_drawn(faulted: tuple[Drawn, pd.DataFrame]) -> None:
 
 def test_gravity_gradient_is_a_torque_alone() -> None:
     """(0, 3μ/|r|⁵ r×Jr) of the true inertia; the torque itself is tested with the plant."""
-    one = flights.lane(gentle(1, STEP_S), 0)
+    one = flights.lane(gentle(STEP_S), 0)
     known = type("Known", (), {"position": one.target.r})()
     push = gravity_gradient.disturbance(0.0, one.motion, known, one.plant, one.gains)
     assert not np.array(push.force.parts()).any()
@@ -100,19 +101,19 @@ def test_gravity_gradient_is_a_torque_alone() -> None:
 
 @pytest.fixture(scope="module")
 def flyer() -> Flyer:
-    """The adaptive law with faults on one device."""
-    return Flyer(ADAPTIVE, flights.METRICS, devices=1)
+    """The adaptive law with faults."""
+    return Flyer(ADAPTIVE, flights.METRICS)
 
 
 @pytest.fixture(scope="module")
 def sound(flyer: Flyer) -> Flown:
-    """Four sound samples, interrupted every 50 steps."""
-    return flyer.fly(faulty_draw(), STEPS, every=50)()
+    """Four sound samples, interrupted every 50 steps, lane 1 traced."""
+    return flyer.fly(faulty_draw(), STEPS, every=50, glance=True, trace=[1])
 
 
-def faulty_draw(lanes: int = 4) -> Drawn:
+def faulty_draw() -> Drawn:
     """Default gains, faults in the middle of the flight."""
-    return flights.draw(lanes, flights.gains("saturated-adaptive"), STEPS * STEP_S, STEP_S, onset_s=8.0, window_s=5.0)
+    return flights.draw(flights.gains("saturated-adaptive"), STEPS * STEP_S, STEP_S, onset_s=8.0, window_s=5.0)
 
 
 def assert_same(a: Flown, b: Flown, lanes: Any = slice(None), others: Any = slice(None)) -> None:
@@ -124,7 +125,7 @@ def assert_same(a: Flown, b: Flown, lanes: Any = slice(None), others: Any = slic
 
 def test_where_a_flight_is_interrupted_changes_nothing(flyer: Flyer, sound: Flown) -> None:
     """Every 7 steps and every 50: bit-equal; kills a fold that counts an instant twice where it is resumed."""
-    assert_same(flyer.fly(faulty_draw(), STEPS, every=7)(), sound)
+    assert_same(flyer.fly(faulty_draw(), STEPS, every=7), sound)
 
 
 def test_lost_samples_are_reported_and_disturb_nobody(flyer: Flyer, sound: Flown) -> None:
@@ -140,7 +141,7 @@ def test_lost_samples_are_reported_and_disturb_nobody(flyer: Flyer, sound: Flown
         gains=flights.changed(drawn.gains, k2_force=k2, k3=k3),
         motion=drawn.motion._replace(rho=drawn.motion.rho.like((rho, *drawn.motion.rho.parts()[1:]))),
     )
-    flown = flyer.fly(drawn, STEPS, every=50)()
+    flown = flyer.fly(drawn, STEPS, every=50)
     assert flown.lost_s[0] == STEP_S
     assert 0.0 < flown.lost_s[1] < STEPS * STEP_S
     assert flown.lost_s[2] == 0.0
@@ -148,21 +149,35 @@ def test_lost_samples_are_reported_and_disturb_nobody(flyer: Flyer, sound: Flown
     assert_same(flown, sound, slice(3, 4), slice(3, 4))
 
 
-def test_devices_change_nothing(flyer: Flyer) -> None:
-    """Two chunks on two devices are bit-equal to the same chunks on one, one after the other."""
-    if len(jax.devices()) < 2:
-        pytest.skip("this process has one device")
-    drawn = faulty_draw(8)
-    both = Flyer(ADAPTIVE, flights.METRICS, devices=2).fly(drawn, STEPS, every=50)()
-    for lanes in (slice(0, 4), slice(4, 8)):
-        alone = flyer.fly(flights.lane(drawn, lanes), STEPS, every=50)()
-        assert_same(both, alone, lanes)
+def test_chunks_beside_each_other_change_nothing(flyer: Flyer, sound: Flown) -> None:
+    """The same chunk flown by four threads at once is bit-equal to itself flown alone; kills a buffer that two flights share."""
+    with ThreadPoolExecutor(4) as threads:
+        beside = list(threads.map(lambda every: flyer.fly(faulty_draw(), STEPS, every), (7, 50, 350, 25)))
+    for flown in beside:
+        assert_same(flown, sound)
+
+
+def test_lanes_know_nothing_of_each_other(flyer: Flyer, sound: Flown) -> None:
+    """The same samples in another order give the same rows, bit by bit; kills any mixing of lanes."""
+    order = np.array([2, 0, 3, 1])
+    assert_same(flyer.fly(flights.lane(faulty_draw(), order), STEPS, every=50), sound, slice(None), order)
+
+
+def test_glances_agree_with_the_traced_steps(sound: Flown) -> None:
+    """A glance is |ρ|, |ν|, |σ|, |ω| and h(v) of every sample, a traced step everything of the chosen ones: here of lane 1."""
+    assert [float(step.t[0]) for step in sound.steps] == pytest.approx([k * STEP_S for k in range(0, STEPS + 1, 50)])
+    for glance, step in zip(sound.glances, sound.steps, strict=True):
+        for name in ("rho", "nu", "sigma", "omega"):
+            size = np.linalg.norm([part[0] for part in getattr(step.motion, name).parts()])
+            assert getattr(glance, name)[1] == pytest.approx(size, rel=1e-12)
+        wrench = [part[1] for part in glance.commanded.parts()]
+        np.testing.assert_allclose(wrench, [part[0] for part in step.commanded.parts()], rtol=1e-12)
 
 
 def test_what_float32_costs(levant: Recorder) -> None:
     """60 s in float32 against float64: metres in ρ from 16 m, measured 2e-4 m and 1e-4 rad; nothing is promoted on the way."""
     rows = 1200
-    drawn = gentle(2, 0.05)
+    drawn = gentle(0.05)
     truth = levant(drawn, 1)
     process.configure("float32")
     try:

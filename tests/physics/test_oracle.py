@@ -37,12 +37,12 @@ def constants(drawn: Drawn, lane: int) -> absolute.Constants:
     )
 
 
-def pd_draw(step_s: float, onset_s: float = np.inf, lanes: int = 2) -> Drawn:
-    return flights.draw(lanes, flights.gains("pd-plus") | flights.SLOW_PD, 300.0, step_s, onset_s)
+def pd_draw(step_s: float, onset_s: float = np.inf) -> Drawn:
+    return flights.draw(flights.gains("pd-plus") | flights.SLOW_PD, 300.0, step_s, onset_s)
 
 
 def adaptive_draw(step_s: float, onset_s: float = np.inf) -> Drawn:
-    return flights.draw(2, flights.gains("saturated-adaptive") | flights.GENTLE, 300.0, step_s, onset_s)
+    return flights.draw(flights.gains("saturated-adaptive") | flights.GENTLE, 300.0, step_s, onset_s)
 
 
 def assert_on_truth(drawn: Drawn, trace: pd.DataFrame, lane: int = 0) -> None:
@@ -55,13 +55,13 @@ def assert_on_truth(drawn: Drawn, trace: pd.DataFrame, lane: int = 0) -> None:
 def test_pd_plus_flies_on_the_truth(pd_plus: Recorder, lane: int) -> None:
     """Kills every wrong term of the plant: signs, frames, missing accelerations."""
     drawn = pd_draw(0.025)
-    assert_on_truth(drawn, pd_plus(drawn, 2).traces[lane], lane)
+    assert_on_truth(drawn, pd_plus(drawn, 4).traces[lane], lane)
 
 
 def test_adaptive_law_flies_on_the_truth(filtered: Recorder) -> None:
     """The same under the wrench of the controller under test, with its own state integrated beside the plant."""
     drawn = adaptive_draw(0.0125)
-    record = filtered(drawn, 4)
+    record = filtered(drawn, 8)
     assert_on_truth(drawn, record.traces[0])
     assert 0.0 < record.values["peak_chi"][0] < 0.1, "the law is at work and does not run away"
 
@@ -69,7 +69,7 @@ def test_adaptive_law_flies_on_the_truth(filtered: Recorder) -> None:
 def test_both_sides_of_a_fault_fly_on_the_truth(pd_plus: Recorder) -> None:
     """From the start to the last row before the onset, and from the first row after it to the end."""
     drawn = pd_draw(0.025, ONSET_S)
-    trace = pd_plus(drawn, 2).traces[0]
+    trace = pd_plus(drawn, 4).traces[0]
     for rows in (trace["t_s"] < ONSET_S, trace["t_s"] >= ONSET_S):
         assert_on_truth(drawn, trace[rows].reset_index(drop=True))
 
@@ -78,7 +78,7 @@ def test_an_onset_is_off_by_a_third_of_a_step_at_most(pd_plus: Recorder) -> None
     """|Δν| ≤ h/3 |Δf|/m and |Δω| ≤ h/3 |J⁻¹Δτ| one row after the onset; kills a fault that acts a step late or early."""
     step_s = 0.025
     drawn = pd_draw(step_s, ONSET_S)
-    trace, c = pd_plus(drawn, 2).traces[0], constants(drawn, 0)
+    trace, c = pd_plus(drawn, 4).traces[0], constants(drawn, 0)
     after = int((trace["t_s"] < ONSET_S).sum())
     piece = trace.iloc[: after + 20].reset_index(drop=True)
     truth = absolute.propagate(piece, c, breaks=(ONSET_S,))
@@ -111,7 +111,7 @@ def test_attitude_is_continuous_across_the_shadow_switch(pd_plus: Recorder) -> N
     Without attitude stiffness, because σ itself jumps there, and with it a wrench that would follow it. Kills a missing switch,
     a wrong shadow, and a switch inside a step.
     """
-    drawn = pd_draw(0.01)
+    drawn = pd_draw(0.02)
     spin = drawn.motion.omega * 0.0 + 0.3
     gains = flights.changed(drawn.gains, k_sigma=drawn.gains.k_sigma * 0.0, k_omega=drawn.gains.k_omega * 1e-3)
     drawn = drawn._replace(motion=drawn.motion._replace(omega=spin), gains=gains)

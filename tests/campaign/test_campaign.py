@@ -1,0 +1,65 @@
+"""From a campaign file to a problem: components, requirements, and what no file may say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rvjax.campaign import NEVER, Problem, load
+from rvjax.errors import CampaignError
+from tests.short import CAMPAIGN
+from tests.spec.corpus import bad_files, check_refused
+
+BAD = bad_files(Path(__file__).parent / "bad")
+
+
+@pytest.mark.parametrize("path", BAD, ids=[path.stem for path in BAD])
+def test_bad_file(path: Path) -> None:
+    check_refused(path, load)
+
+
+def test_mistakes_of_the_file_and_of_its_components_come_together(tmp_path: Path) -> None:
+    """Kills: stopping at the first half of the validation."""
+    text = CAMPAIGN.read_text().replace("samples: 512", "samples: 0").replace("remaining:", "remains:").replace("captured", "caught")
+    path = tmp_path / "bad.yaml"
+    path.write_text(text)
+    with pytest.raises(CampaignError) as caught:
+        load(path)
+    found = [finding.path for finding in caught.value.findings]
+    assert {"samples", "faults.0.remains", "faults.0.remaining", "require.0.metric"} <= set(found)
+    assert len(found) == len(set(caught.value.findings))
+
+
+def test_a_fault_on_some_channels_never_begins_on_the_others() -> None:
+    problem = load(CAMPAIGN, ["faults.effectiveness.channels=[fx, tz]"])
+    onset = problem.faults[0].quantities["onset_s"]
+    assert [part is NEVER for part in onset.parts] == [False, True, True, True, True, False]
+
+
+def same(a: Problem, b: Problem) -> bool:
+    return a.fingerprint == b.fingerprint
+
+
+@pytest.mark.parametrize(
+    ("change", "equal"),
+    [
+        ("samples=7", True),
+        ("require=[]", True),
+        ("description=other", True),
+        ("controller.gains.k1=0.06", True),  # the default, written out
+        ("controller={use: saturated-adaptive, shaped: true}", True),
+        ("controller.gains.k1=0.061", False),
+        ("controller.nussbaum=none", False),
+        ("faults.bias.channels=[fx]", False),
+        ("faults.bias.share={uniform: [-0.05, 0.051]}", False),
+        ("saturation.use=erf", False),
+        ("seed=1", False),
+        ("precision=float32", False),
+        ("horizon.step_s=0.1", False),
+        ("capture.position_m=0.02", False),
+    ],
+)
+def test_the_fingerprint_is_what_decides_the_flights(change: str, equal: bool) -> None:
+    """Kills: a setting that changes a number but not the identity of a run, and the other way round."""
+    assert same(load(CAMPAIGN), load(CAMPAIGN, [change])) is equal
