@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from rvjax.algebra import Channels, Scalar, Symmetric, Vector, apply, cross, dot, mrp_rate, symmetric_gradient
+from rvjax.algebra import Channels, Scalar, Symmetric, Vector, apply, cross, dot, each, largest, mrp_rate, symmetric_gradient
 from rvjax.dynamics import Relative, relative
 from rvjax.state import Numbers, Seen
 
@@ -62,6 +62,24 @@ def gradient(now: Tracking, z: Channels) -> tuple[Scalar, Symmetric]:
     """Yᵀz = (a_νᵀz_ν, ∂(z_ωᵀJa_ω + (Ω×z_ω)ᵀJΩ)/∂J), since −z_ωᵀ(Ω×JΩ) = (Ω×z_ω)ᵀJΩ."""
     swing = symmetric_gradient(cross(now.omega, z.torque), now.omega)
     return dot(now.accel, z.force), symmetric_gradient(z.torque, now.turn) + swing
+
+
+def adaptation(now: Tracking, z: Channels, mass: Scalar, inertia: Symmetric, gains: Numbers) -> tuple[Scalar, Symmetric]:
+    """The rates of (m̂, Ĵ): θ̂̇ = Γ Yᵀz, projected into bounds. Gains used: gamma_… and the bounds …_min_…, …_max_…."""
+    mass_rate, inertia_rate = gradient(now, z)
+    product = gains.product_max_kgm2
+    low, high = Symmetric.of(gains.moment_min_kgm2, -product), Symmetric.of(gains.moment_max_kgm2, product)
+    return (
+        project(mass, gains.gamma_mass * mass_rate, gains.mass_min_kg, gains.mass_max_kg),
+        each(project, inertia, inertia_rate * gains.gamma_inertia, low, high),
+    )
+
+
+def drift(mass: Scalar, inertia: Symmetric, gains: Numbers) -> Scalar:
+    """Largest departure of (m̂, Ĵ) from its start (m₀, J₀ I), relative to m₀ and J₀."""
+    start = gains.inertia_guess_kgm2
+    away = each(jnp.abs, (inertia - Symmetric.of(start, 0.0)) / start)
+    return jnp.maximum(jnp.abs(mass / gains.mass_guess_kg - 1.0), largest(away))
 
 
 def project(x: Scalar, rate: Scalar, low: Scalar, high: Scalar) -> Scalar:

@@ -238,7 +238,7 @@ GENTLE = {
     "k2_force": 3.0,
     "k2_torque": 3.0,
     "gamma_bound": 0.5,
-    "v_max_m_s": 0.4,
+    "v_max_m_s": 0.25,
     "k3": 0.8,
     "kappa": 0.25,
     "filter_rad_s": 1.5,

@@ -11,9 +11,8 @@
 
 The smooth asymmetric saturation, the augmented system, the Nussbaum matrix and the Levant differentiator are the paper's
 (K. Xia, W. Huo, ISA Transactions, 2018); every formula here is a reconstruction that agrees with them. The commanded wrench
-h(v) and its slope are known to the controller (the saturation is a block of its own electronics); mass, inertia, faults and
-disturbances are not. Limits of the theory: Nussbaum's lemma needs h' bounded away from zero, which is assumed before it is
-proved; the demanded wrench must be attainable with the remaining effectiveness.
+h(v) and its slope are known to the controller; mass, inertia, faults and disturbances are not. Limits of the theory:
+docs/model.md.
 """
 
 from __future__ import annotations
@@ -24,8 +23,8 @@ from typing import Literal, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from rvjax.algebra import Channels, Scalar, Symmetric, each, largest, split
-from rvjax.backstepping import gradient, model, project, tracking
+from rvjax.algebra import Channels, Scalar, Symmetric, each, split
+from rvjax.backstepping import adaptation, drift, model, project, tracking
 from rvjax.controllers.interface import Law, Response, Saturate
 from rvjax.differentiator import DIFFERENTIATORS
 from rvjax.family import Component
@@ -111,13 +110,8 @@ def virtual_wrench(options: Parameters, seen: Seen, state: Control, gains: Numbe
 
     rates = jax.tree.map(lambda x: x * 0.0, state)
     if options.adapt_parameters:
-        mass_rate, inertia_rate = gradient(now, free)
-        low, high, product = gains.moment_min_kgm2, gains.moment_max_kgm2, gains.product_max_kgm2
-        floor, ceiling = Symmetric.of(low, -product), Symmetric.of(high, product)
-        rates = rates._replace(
-            mass=project(state.mass, gains.gamma_mass * mass_rate, gains.mass_min_kg, gains.mass_max_kg),
-            inertia=each(project, state.inertia, inertia_rate * gains.gamma_inertia, floor, ceiling),
-        )
+        mass_rate, inertia_rate = adaptation(now, free, state.mass, state.inertia, gains)
+        rates = rates._replace(mass=mass_rate, inertia=inertia_rate)
     if options.adapt_bound:
         growth = free * free / reach * gains.gamma_bound
         rates = rates._replace(bound=each(project, state.bound, growth, 0.0, mean_limit(seen) * gains.bound_share))
@@ -128,30 +122,19 @@ def respond(options: Parameters, seen: Seen, state: Control, saturate: Saturate,
     """v, and the rate of (v, χ, θ̂, D̂, ζ)."""
     alpha2, rates = virtual_wrench(options, seen, state, gains)
     limit = mean_limit(seen)
-    derivative, zeta0_rate, zeta1_rate = split(
-        DIFFERENTIATORS[options.derivative],
-        alpha2,
-        state.zeta0,
-        state.zeta1,
-        limit * gains.levant_share,
-        gains.filter_rad_s,
-    )
+    differentiator, bound = DIFFERENTIATORS[options.derivative], limit * gains.levant_share
+    derivative, zeta0, zeta1 = split(differentiator, alpha2, state.zeta0, state.zeta1, bound, gains.filter_rad_s)
     h, slope = saturate(state.v)
     z3 = h - alpha2
     wanted = slope * state.v * gains.kappa + derivative - z3 * gains.k3
     rate = rates._replace(
         v=each(GAINS[options.nussbaum], state.chi) * wanted - state.v * gains.kappa,
         chi=z3 / limit * (wanted / limit) * gains.gamma_chi,
-        zeta0=zeta0_rate,
-        zeta1=zeta1_rate,
-    )
-    guess = gains.inertia_guess_kgm2
-    drift = jnp.maximum(
-        jnp.abs(state.mass / gains.mass_guess_kg - 1.0),
-        largest(each(jnp.abs, (state.inertia - Symmetric.of(guess, 0.0)) / guess)),
+        zeta0=zeta0,
+        zeta1=zeta1,
     )
     signals = {"alpha2": alpha2, "bound": state.bound, "mass_kg": state.mass, "inertia_kgm2": state.inertia}
-    return Response(state.v, rate, Report(state.chi, drift, signals))
+    return Response(state.v, rate, Report(state.chi, drift(state.mass, state.inertia, gains), signals))
 
 
 def mean_limit(seen: Seen) -> Channels:

@@ -36,11 +36,11 @@ def slow_pd(step_s: float) -> Drawn:
 
 @pytest.mark.parametrize(("controller", "draw"), [("pd_plus", slow_pd), ("filtered", gentle)])
 def test_order_four(controller: str, draw: Callable[[float], Drawn], request: pytest.FixtureRequest) -> None:
-    """|y_h − y_{h/2}| / |y_{h/2} − y_{h/4}| = 2⁴ for ν and ω over the whole flight; kills wrong weights or stages of RK4."""
+    """|y_h − y_{h/2}| / |y_{h/2} − y_{h/4}| = 2⁴ for ρ and σ over the whole flight; kills wrong weights or stages of RK4."""
     record: Recorder = request.getfixturevalue(controller)
     coarse, middle, fine = (record(draw(0.1 / every), every).traces[0] for every in (1, 2, 4))
     first, second = deviation(coarse, middle), deviation(middle, fine)
-    for name in ("velocity", "attitude", "rate"):
+    for name in ("position", "attitude"):
         assert 14.0 <= getattr(first, name) / getattr(second, name) <= 18.0, (name, first, second)
 
 
