@@ -127,12 +127,10 @@ def respond(options: Parameters, seen: Seen, state: Control, saturate: Saturate,
     h, slope = saturate(state.v)
     z3 = h - alpha2
     wanted = slope * state.v * gains.kappa + derivative - z3 * gains.k3
-    rate = rates._replace(
-        v=each(GAINS[options.nussbaum], state.chi) * wanted - state.v * gains.kappa,
-        chi=z3 / limit * (wanted / limit) * gains.gamma_chi,
-        zeta0=zeta0,
-        zeta1=zeta1,
-    )
+    gain = each(GAINS[options.nussbaum], state.chi)
+    rate = rates._replace(v=gain * wanted - state.v * gains.kappa, zeta0=zeta0, zeta1=zeta1)
+    if options.nussbaum != "none":
+        rate = rate._replace(chi=z3 / limit * (wanted / limit) * gains.gamma_chi)
     signals = {"alpha2": alpha2, "bound": state.bound, "mass_kg": state.mass, "inertia_kgm2": state.inertia}
     return Response(state.v, rate, Report(state.chi, drift(state.mass, state.inertia, gains), signals))
 
