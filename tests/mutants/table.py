@@ -1,0 +1,210 @@
+"""Mistakes that the tests must notice, one in each row: signs, frames, missing terms, swapped sides.
+
+`old` stands exactly once in `file` and is replaced by `new`; `killer` is a test that fails then.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Mutant(NamedTuple):
+    """name; file under rvjax/; old and new text; killer: file under tests/physics/ and test."""
+
+    name: str
+    file: str
+    old: str
+    new: str
+    killer: str
+
+
+DYNAMICS, ADAPTIVE = "dynamics.py", "controllers/saturated_adaptive.py"
+RATES = "test_dynamics.py::test_rates_are_those_of_the_absolute_motion"
+MOMENTUM = "test_dynamics.py::test_momentum_follows_from_the_torque_alone"
+TARGET = "test_dynamics.py::test_the_target_is_free"
+ROTATION = "test_dynamics.py::test_rotation_agrees_with_scipy"
+DIFFERENCE = "test_dynamics.py::test_differential_gravity_has_every_digit"
+FOLDS = "test_metrics.py::test_folds_agree_with_the_trace"
+IDENTITY = "test_adaptation.py::test_lyapunov_like_identity"
+GRADIENT = "test_adaptation.py::test_adaptation_follows_the_gradient"
+LINEAR = "test_adaptation.py::test_the_plant_is_linear_in_its_parameters"
+DERIVATIVE = "test_adaptation.py::test_differentiators_find_the_derivative"
+NUSSBAUM = "test_adaptation.py::test_nussbaum_gains_by_definition"
+ONSET = "test_flight.py::test_faults_begin_at_their_onset"
+
+MUTANTS = (
+    # plant
+    Mutant("sign of Ω×JΩ", DYNAMICS, "wrench.torque - gyro", "wrench.torque + gyro", MOMENTUM),
+    Mutant("J for J⁻¹", DYNAMICS, "apply(plant.inertia_inverse, wrench", "apply(plant.inertia, wrench", MOMENTUM),
+    Mutant("R for Rᵀ", "algebra.py", "c = -4.0 * (1.0 - s2) * scale", "c = 4.0 * (1.0 - s2) * scale", ROTATION),
+    Mutant(
+        "no ω_t×(ω_t×δ)", DYNAMICS, "cross(alpha_t, port) + cross(target.w, cross(target.w, port))", "cross(alpha_t, port)", RATES
+    ),
+    Mutant("no ω̇_t×δ", DYNAMICS, "swing = cross(alpha_t, port) + ", "swing = ", RATES),
+    Mutant("n in the target's frame", DYNAMICS, "delta) - rotate(r, swing)", "delta) - swing", RATES),
+    Mutant("sign of Rω̇_t", DYNAMICS, "w) - rotate(r, alpha_t)", "w) + rotate(r, alpha_t)", RATES),
+    Mutant("no Ω×ν", DYNAMICS, "known.accel - cross(known.omega_p, motion.nu)", "known.accel", RATES),
+    Mutant("no Ω×ρ", DYNAMICS, "motion.nu - cross(known.omega_p, motion.rho)", "motion.nu", RATES),
+    Mutant(
+        "inertial for component rate of v_t",
+        DYNAMICS,
+        "v=gravity(target.r) - cross(target.w, target.v)",
+        "v=gravity(target.r)",
+        TARGET,
+    ),
+    Mutant("sign of ω_t×J_tω_t", DYNAMICS, "return -apply(inertia_inverse", "return apply(inertia_inverse", TARGET),
+    Mutant("sign of Battin's F", DYNAMICS, "(delta - r * f)", "(delta + r * f)", DIFFERENCE),
+    Mutant(
+        "sign of the gravity gradient",
+        DYNAMICS,
+        "cross(unit, apply(inertia, unit))",
+        "cross(apply(inertia, unit), unit)",
+        "test_dynamics.py::test_gravity_gradient_is_the_moment_of_gravity",
+    ),
+    Mutant("factor of G(σ)", "algebra.py", "+ cross(sigma, omega) * 2.0 +", "+ cross(sigma, omega) +", ROTATION),
+    Mutant("shadow without its sign", "algebra.py", "s2 > 1.0, -1.0 / s2, 1.0", "s2 > 1.0, 1.0 / s2, 1.0", ROTATION),
+    Mutant(
+        "shadow inside the step",
+        "algebra.py",
+        "    s2 = dot(sigma, sigma)\n    return (omega",
+        "    sigma = shadow(sigma)\n    s2 = dot(sigma, sigma)\n    return (omega",
+        "test_oracle.py::test_attitude_is_continuous_across_the_shadow_switch",
+    ),
+    Mutant(
+        "no shadow switch",
+        "flight.py",
+        "        y = closed_loop.between_steps(y)\n",
+        "",
+        "test_oracle.py::test_attitude_is_continuous_across_the_shadow_switch",
+    ),
+    # integration and metrics
+    Mutant(
+        "weights of RK4",
+        "rk4.py",
+        "(p + 2.0 * (q + r) + s)",
+        "(2.0 * p + q + r + 2.0 * s)",
+        "test_flight.py::test_rk4_is_exact_for_cubics_and_no_further",
+    ),
+    Mutant(
+        "last stage of RK4 at the middle",
+        "rk4.py",
+        "rate(t + h, along(y, h, k3))",
+        "rate(t + 0.5 * h, along(y, h, k3))",
+        "test_flight.py::test_rk4_is_exact_for_cubics_and_no_further",
+    ),
+    Mutant("first weight of the trapezoid", "flight.py", "jnp.where(k == 0, 0.5, 1.0)", "1.0", FOLDS),
+    Mutant(
+        "last weight of the trapezoid", "flight.py", "weight = 0.5 * drawn.rules.step_s", "weight = drawn.rules.step_s", FOLDS
+    ),
+    Mutant(
+        "Rρ for Rᵀρ in the corridor",
+        "metrics/approach.py",
+        "rho = rotate_back(rotation(step.motion.sigma), step",
+        "rho = rotate_back(rotation(-step.motion.sigma), step",
+        FOLDS,
+    ),
+    Mutant(
+        "limit of the other side in the duty",
+        "metrics/saturation.py",
+        "jnp.where(h >= 0, up, low), step",
+        "jnp.where(h < 0, up, low), step",
+        FOLDS,
+    ),
+    Mutant(
+        "settled one step early", "metrics/tubes.py", "jnp.maximum(last + rules.step_s, 0.0)", "jnp.maximum(last, 0.0)", FOLDS
+    ),
+    Mutant(
+        "loss not remembered",
+        "flight.py",
+        "lost = jnp.minimum(carry.lost_s, ",
+        "lost = jnp.maximum(0.0, ",
+        "test_flight.py::test_lost_samples_are_reported_and_disturb_nobody",
+    ),
+    # actuators
+    Mutant(
+        "fault before its onset",
+        "faults/effectiveness.py",
+        "jnp.where(t >= start, e * h, h)",
+        "jnp.where(t < start, e * h, h)",
+        ONSET,
+    ),
+    Mutant("sign of the bias", "faults/bias.py", "h + share * upper", "h - share * upper", ONSET),
+    Mutant(
+        "lost phase of the disturbance",
+        "disturbances/sinusoid.py",
+        "jnp.sin(w * t + phi)",
+        "jnp.sin(w * t)",
+        "test_flight.py::test_disturbances_are_as_drawn",
+    ),
+    Mutant(
+        "swapped limits of the tanh",
+        "saturation.py",
+        "    limit = jnp.where(v >= 0, upper, lower)\n    share",
+        "    limit = jnp.where(v >= 0, lower, upper)\n    share",
+        "test_saturation.py::test_each_side_reaches_its_own_limit",
+    ),
+    Mutant(
+        "slope of the erf",
+        "saturation.py",
+        "jnp.exp(-x * x)",
+        "jnp.exp(-2.0 * x * x)",
+        "test_saturation.py::test_value_and_slope",
+    ),
+    # controller
+    Mutant("sign of the Nussbaum gain", "nussbaum.py", "return jnp.exp(chi * chi) *", "return -jnp.exp(chi * chi) *", NUSSBAUM),
+    Mutant(
+        "sine for cosine in the Nussbaum gain", "nussbaum.py", "chi * chi * jnp.cos(chi)", "chi * chi * jnp.sin(chi)", NUSSBAUM
+    ),
+    Mutant("sign of Levant's first gain", "differentiator.py", "z1 - 1.5 *", "z1 + 1.5 *", DERIVATIVE),
+    Mutant("sign of Levant's second gain", "differentiator.py", "-1.1 * bound", "1.1 * bound", DERIVATIVE),
+    Mutant("sign of K₃", ADAPTIVE, "- z3 * gains.k3", "+ z3 * gains.k3", IDENTITY),
+    Mutant("sign of κ", ADAPTIVE, "* wanted - state.v * gains.kappa", "* wanted + state.v * gains.kappa", IDENTITY),
+    Mutant("sign of χ̇", ADAPTIVE, "chi=z3 / limit", "chi=-z3 / limit", IDENTITY),
+    Mutant("no α̂̇₂", ADAPTIVE, "gains.kappa + derivative -", "gains.kappa -", IDENTITY),
+    Mutant(
+        "sign of the adaptation of m̂",
+        "backstepping.py",
+        "gains.gamma_mass * mass_rate",
+        "-gains.gamma_mass * mass_rate",
+        GRADIENT,
+    ),
+    Mutant(
+        "sign of D̂ in α₂", ADAPTIVE, "now.z2 + state.bound * now.z2 / reach", "now.z2 - state.bound * now.z2 / reach", GRADIENT
+    ),
+    Mutant(
+        "sign of Ω×JΩ in Yθ",
+        "backstepping.py",
+        "now.turn) - cross(now.omega, apply",
+        "now.turn) + cross(now.omega, apply",
+        LINEAR,
+    ),
+    Mutant("sign of α̇_ν", "backstepping.py", "motion.nu) - alpha1_rate.force", "motion.nu) + alpha1_rate.force", LINEAR),
+    Mutant(
+        "no Ω×ρ in α̇_ν",
+        "backstepping.py",
+        "rho_rate = seen.motion.nu - cross(known.omega_p, rho)",
+        "rho_rate = seen.motion.nu",
+        LINEAR,
+    ),
+    Mutant(
+        "sign of Yᵀ",
+        "backstepping.py",
+        "symmetric_gradient(cross(now.omega, z.torque)",
+        "symmetric_gradient(cross(z.torque, now.omega)",
+        "test_adaptation.py::test_gradient_of_the_model",
+    ),
+    Mutant(
+        "projection at the other side",
+        "backstepping.py",
+        "(x >= high) & (rate > 0)",
+        "(x >= high) & (rate < 0)",
+        "test_adaptation.py::test_projection_stops_at_the_bounds_only",
+    ),
+    Mutant(
+        "feed-forward of PD+",
+        "controllers/pd_plus.py",
+        "-known.alpha - motion.sigma",
+        "known.alpha - motion.sigma",
+        "test_adaptation.py::test_pd_plus_lyapunov_function_falls",
+    ),
+)
