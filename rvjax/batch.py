@@ -51,8 +51,7 @@ class Flyer:
             return jax.jit(jax.vmap(function, in_axes=axes), donate_argnums=donate)
 
         def trace(numbers: Drawn, carry: Carry, k: int, chosen: NDArray[np.int64]) -> Step:
-            numbers, carry = jax.tree.map(lambda x: x[chosen], (numbers, carry))
-            return observe(numbers, carry, k)
+            return jax.tree.map(lambda x: x[chosen], observe(numbers, carry, k))
 
         self._begin = compiled(partial(flight.begin, loop, metrics), 0)
         self._advance = compiled(partial(flight.advance, evaluate, metrics), 0, 0, None, None, donate=(1,))

@@ -5,7 +5,6 @@ campaigns/x.yaml ─load→ Spec ─resolve→ Problem
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +22,7 @@ from rvjax.spec.distributions import Fixed
 from rvjax.spec.notation import did_you_mean
 from rvjax.spec.values import Place, describe, is_list, is_mapping
 
-NEVER = Fixed(sys.float_info.max)
+NEVER = Fixed(1e30)
 """Onset [s] of a fault on a channel that the campaign leaves out."""
 
 FAMILY_OF = {"controller": "controllers", "faults": "faults", "disturbances": "disturbances"}

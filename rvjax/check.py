@@ -50,9 +50,9 @@ class Verdict:
     """What `n` samples say about a requirement.
 
     `estimate`: the share of successes; its low and high end are one-sided bounds, each at the requirement's confidence.
-    `limit`: the share that is required. `quantity`: the quantile with its two-sided interval (unit of the metric),
-    where the requirement is on one. `more`: roughly how many further samples would decide, None where it is decided
-    or no number would. `text`: one sentence.
+    `limit`: the share that is required. `quantity`: the quantile, where the requirement is on one (unit of the metric); each
+    end of its interval holds at the requirement's confidence. `more`: roughly how many further samples would decide, None
+    where it is decided or no number would. `text`: one sentence.
     """
 
     requirement: Requirement
@@ -96,7 +96,7 @@ def judge(requirement: Requirement, table: Samples | pd.DataFrame) -> Verdict:
     quantity = None
     if values is not None and requirement.quantile is not None:
         worst = math.inf if requirement.below is not None else -math.inf
-        quantity = quantile_interval(values, requirement.quantile, requirement.confidence, worst=worst)
+        quantity = quantile_interval(values, requirement.quantile, 2.0 * requirement.confidence - 1.0, worst=worst)
     more = _more(estimate, limit) if verdict == "UNDECIDED" else None
     outlook = f" {_outlook(more)}" if verdict == "UNDECIDED" else ""
     text = f"{verdict}: {_sentence(requirement, k, limit, estimate, quantity, unit)}{outlook}"
@@ -220,7 +220,7 @@ def _sentence(
     )
     if quantity is not None:
         low, middle, high = (_number(number, unit) for number in (quantity.low, quantity.value, quantity.high))
-        text += f" The {requirement.quantile:g}-quantile is {middle}, {confidence} between {low} and {high}."
+        text += f" The {requirement.quantile:g}-quantile is {middle}; at least {low} and at most {high}, each {confidence}."
     return text
 
 

@@ -167,7 +167,7 @@ def _rules(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, 
     return Rules(
         tube_m=draws.same(spec.capture.position_m),
         tube_mrp=draws.same(spec.capture.attitude_mrp),
-        window_s=draws.same(duration - spec.capture.window_s),
+        window_start_s=draws.same(duration - spec.capture.window_s),
         duration_s=draws.same(duration),
         last_onset_s=last,
         cone=np.where(length > 0.0, np.cos(spec.corridor.half_angle_rad), -2.0),

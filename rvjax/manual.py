@@ -7,6 +7,7 @@ import inspect
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 from rvjax import saturation
@@ -14,9 +15,13 @@ from rvjax.errors import UsageError
 from rvjax.family import FAMILIES, Component, component, members, module_of
 from rvjax.saturation import SATURATIONS
 from rvjax.spec import Model, Spec, units
+from rvjax.spec.notation import JOINT_LAWS, LAWS
 from rvjax.spec.schema import schema
 
 HERE = "rvjax"
+
+CHAPTERS = ("dynamics", "backstepping", "nussbaum", "differentiator", "saturation", "closed_loop", "flight", "rk4", "streams")
+"""Modules that hold equations and are no family: each is a page of its own."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,7 @@ def page(family: str, name: str) -> Page:
 
 
 def pages_called(name: str) -> list[Page]:
-    """Every page under a name: of a component, of the metric that gives a column, or of a section of the campaign file.
+    """Every page under a name: a component, a metric, a chapter of the model, a distribution, a section of the campaign file.
 
     Errors: UsageError naming what is near.
     """
@@ -67,10 +72,19 @@ def pages_called(name: str) -> list[Page]:
     section = fields.get(name)
     found = [one for one in pages if name in (one.name, one.family)]
     found += [one for one in pages if one.family == "metrics" and one not in found and _gives(one, name)]
+    if name in CHAPTERS:
+        origin = f"{HERE}.{name}"
+        found.insert(0, Page("chapter", name, origin, inspect.getdoc(import_module(origin)) or "", ()))
+    laws = LAWS | {word: (("radius",), law) for word, law in JOINT_LAWS.items()}
+    if name in laws:
+        words, law = laws[name]
+        form = words[0] if len(words) == 1 else f"[{', '.join(words)}]"
+        text = f"{{{name}: {form}}}\n\n{inspect.getdoc(law) or ''}"
+        found.append(Page("distribution", name, law.__module__, text, ()))
     if inspect.isclass(section) and issubclass(section, Model):
         found.append(Page("campaign file", name, HERE, inspect.getdoc(section) or "", tuple(_rows(section))))
     if not found:
-        known = {one.name for one in pages} | fields.keys()
+        known = {one.name for one in pages} | fields.keys() | laws.keys() | set(CHAPTERS)
         known |= {row[0].partition(".")[0] for one in pages if one.family == "metrics" for row in one.rows}
         near = ", ".join(difflib.get_close_matches(name, known, n=3))
         raise UsageError(f"{name}: nothing is called so; {f'did you mean {near}?' if near else 'see `rvjax list`'}")

@@ -38,6 +38,7 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
     frame = opened.samples().frame
     if sample not in frame["sample"].to_numpy():
         raise UsageError(f"{folder}: no sample {sample}; accepted: 0 to {opened.requested - 1}, if flown")
+    opened.campaign_text()  # verifies the file that is parsed next
     problem = load(Path(folder) / CAMPAIGN, opened.provenance["overrides"])
     process.configure(problem.spec.precision)
     if differing := differences(opened.identity, identity(problem)):
@@ -47,10 +48,16 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
     return (*trace(problem, Flyer(problem.loop, problem.metrics), [sample], every, frame)[sample], row)
 
 
-def save(path: Path, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-    """Writes a trace as Parquet (with units and meanings) or, by its suffix, as CSV. UsageError where that cannot be done."""
+def trace_file(path: Path) -> Path:
+    """The path, or UsageError if its suffix tells no format that `save` knows."""
     if path.suffix not in (".parquet", ".csv"):
         raise UsageError(f"{path}: cannot tell the format; accepted: a name that ends in .parquet or .csv")
+    return path
+
+
+def save(path: Path, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
+    """Writes a trace as Parquet (with units and meanings) or, by its suffix, as CSV. UsageError where that cannot be done."""
+    trace_file(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         data = encode(frame, columns) if path.suffix == ".parquet" else frame.to_csv(index=False).encode()

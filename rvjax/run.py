@@ -62,11 +62,9 @@ def run(
     mine = identity(problem)
     samples = problem.spec.samples
     place = Path(out) if out is not None else Path("reports") / problem.spec.name / short(mine)
-    if (place / MANIFEST).exists():
-        folder = RunFolder.resume(place, mine, samples)
-    else:
-        text = problem.spec.source.text
-        folder = RunFolder.create(place, mine, provenance(command, overrides), text, samples, problem.spec.name)
+    described = (mine, provenance(command, overrides), problem.spec.source.text, samples, problem.spec.name)
+    there = (place / MANIFEST).exists()
+    folder = RunFolder.resume(place, *described, LANES) if there else RunFolder.create(place, *described)
     if opened is not None:
         opened(place)
     with folder:
@@ -97,6 +95,9 @@ def fly(problem: Problem, flyer: Flyer, folder: RunFolder, progress: Progress) -
         except BaseException:
             flyer.stop()
             threads.shutdown(wait=True, cancel_futures=True)
+            for future in flying:
+                if not future.cancelled() and future.exception() is None:
+                    _commit(problem, folder, future.result())
             raise
 
 
@@ -105,8 +106,10 @@ def keep_worst(problem: Problem, flyer: Flyer, folder: RunFolder) -> None:
     run = open_run(folder.path)
     worst = [int(run.frame["sample"].iloc[row]) for row in worst_first(run)[:WORST]]
     every = math.ceil(problem.spec.horizon.steps / TRACE_ROWS)
-    if set(worst) - folder.traces().keys():
-        for sample, (frame, columns) in trace(problem, flyer, worst, every, run.frame).items():
+    folder.drop_traces(run.traces.keys() - worst)
+    new = [sample for sample in worst if sample not in run.traces]
+    if new:
+        for sample, (frame, columns) in trace(problem, flyer, new, every, run.frame).items():
             folder.write_trace(sample, frame, columns)
 
 

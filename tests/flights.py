@@ -122,7 +122,7 @@ def draw(
         rules=Rules(
             tube_m=same(0.01),
             tube_mrp=same(2e-3),
-            window_s=same(duration_s - window_s),
+            window_start_s=same(duration_s - window_s),
             duration_s=same(duration_s),
             last_onset_s=same(onset_s if onset_s <= duration_s else -np.inf),
             cone=same(np.cos(np.radians(10.0))),

@@ -80,11 +80,12 @@ def explain(
     from rvjax import manual
 
     output = Output(as_json)
-    for page in manual.pages_called(name):
+    pages = manual.pages_called(name)
+    for page in pages:
         output.text(f"{page.name}  ({page.family}, from {page.origin})", "", page.text, "")
         if page.rows:
             output.table(("key", "accepted", "default", "meaning"), page.rows)
-        output.document({"name": page.name, "family": page.family, "from": page.origin, "text": page.text, "keys": page.rows})
+    output.document({"pages": [vars(page) for page in pages]})
     return 0
 
 

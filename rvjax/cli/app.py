@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
+import traceback
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -52,14 +52,8 @@ def main() -> NoReturn:
         code = 130
     except Terminated:
         code = 143
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 0
-    except Exception as error:
-        if not hasattr(error, "format_message"):
-            raise
-        print(f"rvjax: {error.format_message()}\nTry `rvjax --help`.", file=sys.stderr)  # type: ignore[attr-defined]
-        code = 2
+    except Exception as error:  # noqa: BLE001
+        code = _unexpected(error)
     sys.exit(code if isinstance(code, int) else 0)
 
 
@@ -73,6 +67,16 @@ def _report(error: RvjaxError) -> int:
         findings = [vars(finding) for finding in error.findings] if isinstance(error, CampaignError) else []
         Output(as_json=True).document({"error": str(error), "findings": findings, "exit_code": error.exit_code})
     return error.exit_code
+
+
+def _unexpected(error: Exception) -> int:
+    """2 for a wrong command line, whose exceptions have a message of their own; 4, never a verdict's code, for our mistakes."""
+    if hasattr(error, "format_message"):
+        print(f"rvjax: {error.format_message()}\nTry `rvjax --help`.", file=sys.stderr)
+        return 2
+    traceback.print_exception(error)
+    print("rvjax: this is a mistake of the program, please report it", file=sys.stderr)
+    return 4
 
 
 def _version(wanted: bool) -> None:

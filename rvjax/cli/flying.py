@@ -11,8 +11,8 @@ from typing import Annotated
 import typer
 
 from rvjax.cli.app import Campaign, Folder, Json, Out, Quiet, Samples, Seed, Sets, Terminated, app, overrides
-from rvjax.cli.output import Output, verdict_documents
-from rvjax.errors import RvjaxError
+from rvjax.cli.output import Output, say, verdict_documents
+from rvjax.errors import IncompleteError
 
 
 @app.command()
@@ -36,9 +36,9 @@ def check(
     quiet: Quiet = False,
 ) -> int:
     """Verdicts on a campaign's requirements, as words and as exit code."""
-    if place.is_file():
-        return fly(place, None, [], Output(as_json, quiet))
-    return judge(place, Output(as_json, quiet))
+    if place.is_dir():
+        return judge(place, Output(as_json, quiet))
+    return fly(place, None, [], Output(as_json, quiet))
 
 
 @app.command()
@@ -63,10 +63,10 @@ def replay(
 ) -> int:
     """Fly one sample of a run again, with its full trace; its metrics equal the table's row."""
     from rvjax.replay import replay as fly_again
-    from rvjax.replay import save
+    from rvjax.replay import save, trace_file
 
     output = Output(as_json)
-    target = out or Path(f"sample-{sample:07d}.parquet")
+    target = trace_file(out or Path(f"sample-{sample:07d}.parquet"))
     trace, columns, row = fly_again(folder, sample, every)
     save(target, trace, columns)
     metrics = {name.removeprefix("metric."): value for name, value in row.items() if name.startswith("metric.")}
@@ -85,11 +85,11 @@ def fly(file: Path, out: Path | None, given: list[str], output: Output) -> int:
     try:
         with output.progress() as progress:
             fly_campaign(file, out, given, progress, sys.argv, opened=folder.append)
-    except (KeyboardInterrupt, Terminated, RvjaxError) as error:
+    except (KeyboardInterrupt, Terminated, IncompleteError):
         if folder:
             again = ["rvjax", "run", str(file), "--out", str(folder[0]), *(part for one in given for part in ("--set", one))]
-            what = "stopped" if not isinstance(error, RvjaxError) else "not finished"
-            output.note(f"{what}; what was flown is kept in {folder[0]}. Go on with\n  {shlex.join(again)}")
+            say(f"stopped; what was flown is kept in {folder[0]}. Go on with\n  {shlex.join(again)}", sys.stderr)
+            output.document({"stopped": str(folder[0]), "go_on_with": again})
         raise
     output.note(f"done in {time.monotonic() - started:.0f} s")
     return judge(folder[0], output)

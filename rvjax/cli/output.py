@@ -4,18 +4,27 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
     from rvjax.check import Verdict
     from rvjax.run import Progress
 
 STYLES = {"PASS": "bold green", "FAIL": "bold red", "UNDECIDED": "bold yellow"}
+
+
+def say(text: str, stream: TextIO) -> None:
+    """One text and a line end; a reader that has gone away (`| head`) changes neither a flight nor an exit code."""
+    try:
+        print(text, file=stream, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 @dataclass(frozen=True)
@@ -28,17 +37,17 @@ class Output:
     def text(self, *lines: str) -> None:
         """Lines of the result; nothing with --json."""
         if not self.as_json:
-            print(*lines, sep="\n")
+            say("\n".join(lines), sys.stdout)
 
     def document(self, value: Mapping[str, Any]) -> None:
         """The result as one JSON document, only with --json; numbers that are not finite are null."""
         if self.as_json:
-            print(json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False))
+            say(json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False), sys.stdout)
 
     def note(self, text: str) -> None:
         """Something beside the result, on stderr."""
         if not self.quiet:
-            print(text, file=sys.stderr)
+            say(text, sys.stderr)
 
     def table(self, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """A plain table as wide as the terminal; nothing with --json."""
@@ -54,7 +63,10 @@ class Output:
             table.add_column(name, overflow="fold", no_wrap=position == 0)
         for row in rows:
             table.add_row(*(Text(cell, style=STYLES.get(cell, "")) for cell in row))
-        Console().print(table)
+        console = Console()
+        with console.capture() as printed:
+            console.print(table)
+        say(printed.get().rstrip("\n"), sys.stdout)
 
     def verdicts(self, verdicts: Sequence[Verdict]) -> None:
         """One row for each requirement; nothing with --json."""
@@ -83,12 +95,12 @@ class _Lines:
     def __call__(self, done: int, total: int) -> None:
         if self.first is None:
             self.first = done
-            print(f"flying {total - done} of {total} samples", file=sys.stderr, flush=True)
+            say(f"flying {total - done} of {total} samples", sys.stderr)
             return
         spent = time.monotonic() - self.started
         rate = (done - self.first) / max(spent, 1e-9)
         left = (total - done) / max(rate, 1e-9)
-        print(f"{done}/{total} samples, {rate:.0f} samples/s, {left:.0f} s left", file=sys.stderr, flush=True)
+        say(f"{done}/{total} samples, {rate:.0f} samples/s, {left:.0f} s left", sys.stderr)
 
 
 @contextmanager

@@ -42,7 +42,7 @@ def update(acc: Accuracy, step: Step, weight: Scalar, rules: Rules) -> Accuracy:
     del weight
     motion = step.motion
     now = Errors(norm(motion.rho), norm(motion.sigma), norm(motion.nu), norm(motion.omega))
-    closing = step.t >= rules.window_s - 1e-6 * rules.step_s
+    closing = step.t >= rules.window_start_s - 1e-6 * rules.step_s
     worst = Errors(*(jnp.where(closing, jnp.maximum(old, new), old) for old, new in zip(acc.worst, now, strict=True)))
     return Accuracy(now, worst)
 

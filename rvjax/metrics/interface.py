@@ -13,14 +13,14 @@ from rvjax.state import Step
 class Rules(NamedTuple):
     """What the metrics measure against. Times in s, lengths in m.
 
-    tube_m, tube_mrp: radius of the position and attitude tubes; window_s: start of the closing window; duration_s: horizon;
+    tube_m, tube_mrp: radius of the position and attitude tubes; window_start_s: start of the closing window; duration_s: horizon;
     last_onset_s: onset of the last fault inside the horizon (−∞ without); cone: cosine of the approach cone's half-angle;
     axis: unit vector of the docking axis, in T; step_s: integration step.
     """
 
     tube_m: Scalar
     tube_mrp: Scalar
-    window_s: Scalar
+    window_start_s: Scalar
     duration_s: Scalar
     last_onset_s: Scalar
     cone: Scalar

@@ -47,7 +47,7 @@ def finish(acc: Tubes, rules: Rules) -> Mapping[str, Scalar]:
 
     position, attitude = settled(acc.position), settled(acc.attitude)
     both = jnp.maximum(position, attitude)
-    held = jnp.maximum(acc.position, acc.attitude) < rules.window_s - 1e-6 * rules.step_s
+    held = jnp.maximum(acc.position, acc.attitude) < rules.window_start_s - 1e-6 * rules.step_s
     recovery = jnp.where(jnp.isfinite(rules.last_onset_s), jnp.maximum(both - rules.last_onset_s, 0.0), 0.0)
     return {
         "captured": held * 1.0,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -18,7 +18,7 @@ import pandas as pd
 import pyarrow as pa
 
 from rvjax.columns import Column
-from rvjax.errors import FolderError, IncompleteError
+from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.results import files
 from rvjax.results.manifest import NAME, Chunk, Manifest, differences, json_bytes, plain
 from rvjax.results.parquet import decode, encode
@@ -43,8 +43,6 @@ class RunFolder:
         self._lock: int | None = None
         self._dirty = False
         self._flushed = time.monotonic()
-
-    # --- opening and closing ----------------------------------------------------------------------------------------
 
     @classmethod
     def create(
@@ -91,26 +89,37 @@ class RunFolder:
         return cls(Path(path), Manifest.read(Path(path)))
 
     @classmethod
-    def resume(cls, path: str | Path, identity: Mapping[str, Any], samples: int) -> Self:
+    def resume(
+        cls,
+        path: str | Path,
+        identity: Mapping[str, Any],
+        provenance: Mapping[str, Any],
+        campaign_text: str,
+        samples: int,
+        name: str,
+        lanes: int,
+    ) -> Self:
         """Opens a run folder to fly what it lacks of `samples`.
 
-        Damaged files go to `quarantine/`; their chunks count as missing. Where `samples` grows, so does the chunk of
-        the last sample, because it may have been cut short.
-        FolderError where the identity differs (saying in what) or more samples were requested before, UsageError
-        where another process writes there.
+        What is not part of the identity (name, requirements, provenance) is from now on what is given here. Damaged files
+        go to `quarantine/`; their chunks count as missing. Where `samples` grows, so does a last chunk of fewer than
+        `lanes` samples, which was cut short.
+        FolderError where the identity differs (saying in what), UsageError where more samples were requested before or
+        another process writes there.
         """
         folder = cls.open(path)
         if differing := differences(folder.identity, identity):
             what = "\n".join(differing)
             raise FolderError(f"{path}: belongs to another run; choose another with --out. They differ in\n{what}")
         if samples < folder.requested:
-            raise FolderError(
+            raise UsageError(
                 f"{path}: {folder.requested} samples were requested before, now {samples}; "
-                "ask for at least as many, or choose another folder with --out"
+                f"go on with --samples {folder.requested} or more, or choose another folder with --out"
             )
         folder._claim()
         try:
-            folder._set_aside(samples)
+            folder._set_aside(samples, lanes)
+            folder._describe(name, provenance, campaign_text)
             folder.flush()
         except BaseException:
             folder._release()
@@ -135,8 +144,6 @@ class RunFolder:
         if self._dirty:
             files.replace(self.path / NAME, self._manifest.encode())
             self._dirty, self._flushed = False, time.monotonic()
-
-    # --- what it is -------------------------------------------------------------------------------------------------
 
     @property
     def name(self) -> str:
@@ -171,8 +178,6 @@ class RunFolder:
         """The campaign file as it was given, verified."""
         return self._verified(CAMPAIGN).decode()
 
-    # --- samples ----------------------------------------------------------------------------------------------------
-
     def commit(self, chunk: int, table: pd.DataFrame | pa.Table, columns: Mapping[str, Column]) -> None:
         """Adds a finished chunk: verified on the disk when this returns, in the manifest within a second or on closing.
 
@@ -206,11 +211,14 @@ class RunFolder:
         missing = self.requested - sum(entry.count for entry in self.chunks)
         return Account(self.requested, captured, not_settled, not_finite, missing)
 
-    # --- flights over time ------------------------------------------------------------------------------------------
-
     def write_trace(self, sample: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
         """Keeps one sample's flight, one row per step, every column in `columns`."""
-        self._record(f"traces/sample-{sample:07d}.parquet", encode(frame, columns))
+        self._record(_trace(sample), encode(frame, columns))
+
+    def drop_traces(self, samples: Iterable[int]) -> None:
+        """Removes kept flights."""
+        self._claim()
+        self._drop({_trace(sample) for sample in samples})
 
     def traces(self) -> dict[int, pd.DataFrame]:
         """The kept flights by sample, verified."""
@@ -227,8 +235,6 @@ class RunFolder:
         """The thinned histories of all chunks, verified; empty where none was kept."""
         tables = [table for _, table in self._recorded("envelopes")]
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
-
-    # --- what is derived --------------------------------------------------------------------------------------------
 
     def write_summary(self, summary: Mapping[str, Any]) -> Path:
         """Writes `summary.json`, strict JSON; numbers that are not finite become null."""
@@ -249,8 +255,6 @@ class RunFolder:
             raise FolderError(f"{path}: holds data of the run, which is never overwritten; accepted: another name")
         files.replace(path, data)
         return path
-
-    # --- the files of the manifest ----------------------------------------------------------------------------------
 
     def verify(self) -> None:
         """Reads every file of the manifest; FolderError names all that are missing or damaged."""
@@ -291,8 +295,6 @@ class RunFolder:
     def _recorded(self, part: str) -> list[tuple[str, pd.DataFrame]]:
         return [(name, self._table(name)[0]) for name in sorted(self._manifest.files) if name.startswith(f"{part}/")]
 
-    # --- writing ----------------------------------------------------------------------------------------------------
-
     def _record(self, name: str, data: bytes) -> None:
         self._manifest.files[name] = self._publish(name, data)
         self._changed()
@@ -331,21 +333,46 @@ class RunFolder:
             os.close(self._lock)
             self._lock = None
 
-    def _set_aside(self, requested: int) -> None:
+    def _set_aside(self, requested: int, lanes: int) -> None:
         """Takes out of the manifest and of the way what has to be flown again."""
         manifest = self._manifest
         bad = {name for name in self._digests() if name != CAMPAIGN and self._complaint(name)}
-        cut = requested > manifest.samples
+        short: set[str] = set()
         for entry in self.chunks:
             of_chunk = {entry.file, _envelope(entry.chunk)}
-            if of_chunk & bad or (cut and entry.first + entry.count == manifest.samples):
+            if of_chunk & bad:
                 bad |= of_chunk
+            elif requested > manifest.samples and entry.count < lanes:
+                short |= of_chunk
         for name in bad:
             self._quarantine(name)
-        manifest.chunks = [entry for entry in manifest.chunks if entry.file not in bad]
-        manifest.files = {name: digest for name, digest in manifest.files.items() if name not in bad}
+        self._forget(bad)
+        self._drop(short)
         manifest.samples = requested
         self._dirty = True
+
+    def _describe(self, name: str, provenance: Mapping[str, Any], campaign_text: str) -> None:
+        """What the folder says of itself, as of now; the first start is kept."""
+        started = {key: self.provenance[key] for key in ("started",) if key in self.provenance}
+        with files.explained(self.path):
+            files.replace(self.path / CAMPAIGN, campaign_text.encode())
+        self._manifest.files[CAMPAIGN] = files.sha256(campaign_text.encode())
+        self._manifest.provenance = {**plain(provenance), **started}
+        self._manifest.name = name
+
+    def _forget(self, names: set[str]) -> None:
+        manifest = self._manifest
+        manifest.chunks = [entry for entry in manifest.chunks if entry.file not in names]
+        manifest.files = {name: digest for name, digest in manifest.files.items() if name not in names}
+
+    def _drop(self, names: set[str]) -> None:
+        """Removes files of data, first from the manifest."""
+        self._forget(names)
+        self._dirty = True
+        self.flush()
+        for name in names:
+            with files.explained(self.path / name):
+                files.inside(self.path, name).unlink(missing_ok=True)
 
     def _quarantine(self, name: str) -> None:
         """Moves a file of data out of the way, under a name that is still free."""
@@ -355,6 +382,10 @@ class RunFolder:
                 place.mkdir(exist_ok=True)
                 source.rename(place / f"{Path(name).parent}-{source.name}.{len(list(place.iterdir()))}")
                 files.sync(source.parent)
+
+
+def _trace(sample: int) -> str:
+    return f"traces/sample-{sample:07d}.parquet"
 
 
 def _envelope(chunk: int) -> str:

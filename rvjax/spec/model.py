@@ -101,7 +101,7 @@ class Start(Model):
 
 
 class Actuators(Model):
-    """−lower ≤ applied wrench ≤ upper on each channel, each of the twelve limits times its own draw of spread."""
+    """−lower ≤ commanded wrench ≤ upper on each channel, each of the twelve limits times its own draw of spread."""
 
     upper: Quantity = channels("N, N·m", above=0.0, doc="upper limits")
     lower: Quantity = channels("N, N·m", above=0.0, doc="lower limits, as positive numbers")

@@ -21,7 +21,9 @@ def test_bad_file(path: Path) -> None:
 
 def test_mistakes_of_the_file_and_of_its_components_come_together(tmp_path: Path) -> None:
     """Kills: stopping at the first half of the validation."""
-    text = CAMPAIGN.read_text().replace("samples: 512", "samples: 0").replace("remaining:", "remains:").replace("captured", "caught")
+    text = (
+        CAMPAIGN.read_text().replace("samples: 512", "samples: 0").replace("remaining:", "remains:").replace("captured", "caught")
+    )
     path = tmp_path / "bad.yaml"
     path.write_text(text)
     with pytest.raises(CampaignError) as caught:

@@ -170,7 +170,7 @@ def test_manual_pages(rvjax: Run) -> None:
         "gravity-gradient",
         "hard-clip",
     } <= set(names)
-    for name in (*names, "settling_time_s", "faults", "horizon"):
+    for name in (*names, "settling_time_s", "faults", "horizon", "dynamics", "uniform", "ball"):
         code, out, _ = rvjax("explain", name)
         assert (code, bool(out.strip())) == (0, True), name
     code, _, err = rvjax("explain", "efectiveness")

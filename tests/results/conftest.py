@@ -64,6 +64,13 @@ def create(path: Path, requested: int = 10) -> RunFolder:
     return RunFolder.create(path, IDENTITY, {"command": "rvjax run"}, "rvjax: 1\n", requested, "small")
 
 
+def resume(
+    path: Path, requested: int, identity: dict[str, Any] = IDENTITY, text: str = "rvjax: 1\n", command: str = "rvjax run"
+) -> RunFolder:
+    """The folder of `create`, gone on with."""
+    return RunFolder.resume(path, identity, {"command": command}, text, requested, "small", LANES)
+
+
 @pytest.fixture
 def finished(tmp_path: Path) -> Path:
     """A run folder with the whole run in it."""

@@ -14,7 +14,7 @@ import pytest
 from rvjax.errors import FolderError, IncompleteError, RvjaxError
 from rvjax.results import RunFolder, files
 
-from .conftest import IDENTITY, create, fly
+from .conftest import create, fly, resume
 
 
 class Killed(BaseException):
@@ -84,7 +84,7 @@ def committed(path: Path) -> dict[str, bytes]:
 def attempt(path: Path) -> None:
     """A run, new or resumed."""
     if (path / "manifest.json").exists():
-        with RunFolder.resume(path, IDENTITY, SAMPLES) as folder:
+        with resume(path, SAMPLES) as folder:
             fly(folder, SAMPLES)
     else:
         with create(path, SAMPLES) as folder:

@@ -19,7 +19,7 @@ from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.results import Account, Column, RunFolder, files
 from rvjax.results.parquet import decode, encode
 
-from .conftest import COLUMNS, IDENTITY, LANES, chunk, create, fly, history
+from .conftest import COLUMNS, IDENTITY, LANES, chunk, create, fly, history, resume
 
 # --- what goes in comes out -----------------------------------------------------------------------------------------
 
@@ -117,27 +117,57 @@ def test_resume_refuses_another_identity_and_says_where(finished: Path) -> None:
     """Kills: a comparison of hashes, which cannot say what differs; parts that only one side has."""
     other = {"campaign": "cd34", "device": {"kind": "gpu"}, "lanes": [LANES], "precision": "float32"}
     with pytest.raises(FolderError) as caught:
-        RunFolder.resume(finished, other, 10)
+        resume(finished, 10, other)
     assert str(caught.value).splitlines()[1:] == [
         'campaign: the folder has "ab12", this run has "cd34"',
         'device.kind: the folder has "cpu", this run has "gpu"',
         'precision: the folder has nothing, this run has "float32"',
         "seed: the folder has 7, this run has nothing",
     ]
-    with pytest.raises(FolderError, match="10 samples were requested before, now 9"):
-        RunFolder.resume(finished, IDENTITY, 9)
+    with pytest.raises(UsageError, match="10 samples were requested before, now 9; go on with --samples 10 or more"):
+        resume(finished, 9)
 
 
 def test_more_samples_fly_only_what_is_new_and_what_was_cut_short(tmp_path: Path, finished: Path) -> None:
     """Kills: a last chunk that stays short, one that is flown again although it was full."""
-    with RunFolder.resume(finished, IDENTITY, 16) as folder:
+    with resume(finished, 16) as folder:
         assert folder.missing(4) == [2, 3]
         fly(folder, 16)
     with create(tmp_path / "whole", 16) as folder:
         fly(folder, 16)
     assert (finished / "manifest.json").read_bytes() == (tmp_path / "whole" / "manifest.json").read_bytes()
-    with RunFolder.resume(finished, IDENTITY, 16) as folder:
+    with resume(finished, 16) as folder:
         assert folder.missing(4) == []
+
+
+def test_a_whole_last_chunk_stays_when_samples_grow(tmp_path: Path) -> None:
+    """Kills: a chunk flown again although all its lanes hold samples."""
+    with create(tmp_path / "run", 8) as folder:
+        fly(folder, 8)
+    with resume(tmp_path / "run", 16) as folder:
+        assert folder.missing(4) == [2, 3]
+    assert not (tmp_path / "run" / "quarantine").exists()
+
+
+def test_what_is_no_part_of_the_identity_is_what_was_said_last(finished: Path) -> None:
+    """Requirements may change between two runs of one campaign. Kills: verdicts on the old ones; a damaged campaign file that
+    nothing repairs; the first start forgotten."""
+    (finished / "campaign.yaml").write_text("rvjax: 2\n")
+    with pytest.raises(FolderError, match="damaged or edited"):
+        RunFolder.open(finished).campaign_text()
+    with resume(finished, 10, text="rvjax: 1\nrequire: []\n", command="rvjax run --again") as folder:
+        assert folder.missing(3) == []
+    again = RunFolder.open(finished)
+    assert again.campaign_text() == "rvjax: 1\nrequire: []\n"
+    assert again.provenance["command"] == "rvjax run --again"
+    again.verify()
+
+
+def test_dropped_traces_are_gone(finished: Path) -> None:
+    with RunFolder.open(finished) as folder:
+        folder.drop_traces([3])
+    assert RunFolder.open(finished).traces() == {}
+    assert not list((finished / "traces").iterdir())
 
 
 def test_damaged_chunk_is_set_aside_and_flown_again(finished: Path) -> None:
@@ -146,7 +176,7 @@ def test_damaged_chunk_is_set_aside_and_flown_again(finished: Path) -> None:
     for name, missing in (("samples/00001", [1]), ("envelopes/00002", [2]), ("traces/sample-0000003", [])):
         path = finished / f"{name}.parquet"
         path.write_bytes(path.read_bytes()[:-1])
-        with RunFolder.resume(finished, IDENTITY, 10) as folder:
+        with resume(finished, 10) as folder:
             assert folder.missing(3) == missing
             fly(folder)
         assert (finished / "manifest.json").read_bytes() == before
@@ -181,11 +211,11 @@ def test_file_that_never_reached_the_manifest_gives_way(tmp_path: Path) -> None:
 
 def test_one_process_writes_at_a_time(finished: Path) -> None:
     """Readers may come any time. Kills: two runs that overwrite each other's manifest."""
-    with RunFolder.resume(finished, IDENTITY, 10):
+    with resume(finished, 10):
         with pytest.raises(UsageError, match="another process is writing"):
-            RunFolder.resume(finished, IDENTITY, 10)
+            resume(finished, 10)
         RunFolder.open(finished).verify()
-    with RunFolder.resume(finished, IDENTITY, 10):
+    with resume(finished, 10):
         pass
 
 

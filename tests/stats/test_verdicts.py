@@ -191,8 +191,8 @@ def test_sentence_has_the_name_the_unit_and_distinct_numbers() -> None:
     verdict = judge(require("settling_time_s", name="quick", quantile=0.9, below=940), Samples(table, columns))
     assert verdict.text == (
         "PASS: quick: settling_time_s below 940 s in 940 of 1000 samples (94.00 %). The share is at least 92.62 % and "
-        "at most 95.19 %, each with 95 % confidence; required is 90.00 %. The 0.9-quantile is 899 s, with 95 % "
-        "confidence between 880 s and 918 s."
+        "at most 95.19 %, each with 95 % confidence; required is 90.00 %. The 0.9-quantile is 899 s; at least "
+        "883 s and at most 915 s, each with 95 % confidence."
     )
     tight = judge(require("captured", at_least=0.95049240), captured(59, 59))
     assert tight.verdict == "UNDECIDED"
