@@ -26,9 +26,6 @@ import jax.numpy as jnp
 Scalar = Any
 """A real number: a Python float, or an array of shape () inside the flight."""
 
-AXES = ("x", "y", "z")
-CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
-
 
 class _Elementwise:
     """Arithmetic component by component; a plain number acts on every component."""

@@ -9,13 +9,55 @@ M. Krstić, I. Kanellakopoulos, P. Kokotović, "Nonlinear and adaptive control d
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import jax.numpy as jnp
+from pydantic import model_validator
 
 from rvjax.algebra import Channels, Scalar, Symmetric, Vector, apply, cross, dot, each, largest, mrp_rate, symmetric_gradient
 from rvjax.dynamics import Relative, relative
+from rvjax.spec import Model, Quantity, scalar
+from rvjax.spec.problem import Problem, refuse
 from rvjax.state import Numbers, Seen
+
+
+class AdaptationGains(Model):
+    """Where the estimates m̂ and Ĵ start, how fast they move, and between which bounds."""
+
+    gamma_mass: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the mass estimate, kg·s²/m²")
+    gamma_inertia: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the inertia estimate, kg·m²·s²")
+    mass_guess_kg: Quantity = scalar("kg", default=70.0, above=0.0, doc="m̂(0)")
+    mass_min_kg: Quantity = scalar("kg", default=20.0, above=0.0, doc="lower bound of m̂")
+    mass_max_kg: Quantity = scalar("kg", default=300.0, above=0.0, doc="upper bound of m̂")
+    inertia_guess_kgm2: Quantity = scalar("kg·m²", default=15.0, above=0.0, doc="Ĵ(0) = this · I")
+    moment_min_kgm2: Quantity = scalar("kg·m²", default=3.0, above=0.0, doc="lower bound of the diagonal of Ĵ")
+    moment_max_kgm2: Quantity = scalar("kg·m²", default=60.0, above=0.0, doc="upper bound of the diagonal of Ĵ")
+    product_max_kgm2: Quantity = scalar("kg·m²", default=5.0, at_least=0.0, doc="bound of the off-diagonal entries of Ĵ")
+
+    @model_validator(mode="after")
+    def _start_inside(self) -> Self:
+        """Projection keeps an estimate between its bounds only if it starts there."""
+        mass, inertia = (
+            (self.mass_min_kg, self.mass_guess_kg, self.mass_max_kg),
+            (
+                self.moment_min_kgm2,
+                self.inertia_guess_kgm2,
+                self.moment_max_kgm2,
+            ),
+        )
+        found = [_outside("mass", "mass_guess_kg", *mass), _outside("inertia", "inertia_guess_kgm2", *inertia)]
+        if problems := [problem for problem in found if problem]:
+            refuse(*problems)
+        return self
+
+
+def _outside(what: str, key: str, low: Quantity, start: Quantity, high: Quantity) -> Problem | None:
+    ((_, floor),), ((least, most),), ((ceiling, _),) = low.supports, start.supports, high.supports
+    if floor <= least and most <= ceiling:
+        return None
+    return Problem(
+        f"the estimated {what} starts outside its bounds", f"accepted: from {floor:g} to {ceiling:g} in every draw", (key,)
+    )
 
 
 class Tracking(NamedTuple):

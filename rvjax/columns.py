@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+AXES = ("x", "y", "z")
+CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
+"""Suffixes of the columns of a vector, and of the six actuator channels."""
+
 
 @dataclass(frozen=True)
 class Column:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import json
 import platform
 import sys
@@ -15,7 +16,8 @@ from typing import Any
 import rvjax
 from rvjax import process
 from rvjax.batch import LANES
-from rvjax.campaign import Problem
+from rvjax.campaign import FAMILY_OF, Problem
+from rvjax.family import members, module_of
 
 DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 """Packages whose version may change the last bits."""
@@ -31,6 +33,7 @@ def identity(problem: Problem) -> dict[str, Any]:
         "seed": problem.spec.seed,
         "rvjax": rvjax.__version__,
         "code": _code(),
+        "components": _foreign(problem),
         "packages": {name: version(name) for name in DECIDING},
         "lanes": LANES,
         **process.settings(),
@@ -53,6 +56,18 @@ def provenance(command: Sequence[str], overrides: Sequence[str]) -> dict[str, An
         "cores": process.cores(),
         "packages": {name: version(name) for name in ("jax", "jaxlib", "matplotlib", "numpy", "pandas", "pyarrow", "scipy")},
     }
+
+
+def _foreign(problem: Problem) -> dict[str, str]:
+    """SHA-256 over the module of every component that another package brings."""
+    found: dict[str, str] = {}
+    for choice in (problem.spec.controller, *problem.spec.faults, *problem.spec.disturbances):
+        family = FAMILY_OF[str(choice.path[0])]
+        origin = members(family)[choice.use]
+        if not origin.startswith("rvjax."):
+            source = inspect.getsource(module_of(family, choice.use))
+            found[origin] = hashlib.sha256(source.encode()).hexdigest()[:16]
+    return found
 
 
 def _code() -> str:

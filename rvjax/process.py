@@ -11,12 +11,16 @@ Settings (part of a run's identity):
 
 from __future__ import annotations
 
+import contextlib
 import os
+import platform
 import stat
 from pathlib import Path
 from typing import Literal
 
 import platformdirs
+
+from rvjax.errors import UsageError
 
 Precision = Literal["float64", "float32"]
 
@@ -31,18 +35,37 @@ def cores() -> int:
 def configure(precision: Precision = "float64") -> None:
     """Configures JAX for flying, without starting it. Call it before anything in the process uses JAX; the precision can be
     changed later, the compiler settings cannot.
+
+    Errors: UsageError if JAX runs already, without the compiler settings.
     """
     flags = os.environ.get("XLA_FLAGS", "").split()
-    os.environ["XLA_FLAGS"] = " ".join(flags + [flag for flag in XLA_FLAGS if flag not in flags])
-
+    lacking = [flag for flag in XLA_FLAGS if flag not in flags]
     import jax
 
+    if lacking and _running():
+        raise UsageError(
+            "JAX is already running, without the compiler settings that campaigns fly with; "
+            "call rvjax.configure() before anything uses JAX, or use a new process"
+        )
+    os.environ["XLA_FLAGS"] = " ".join(flags + lacking)
     jax.config.update("jax_enable_x64", precision == "float64")
     cache = _private_cache()
     if cache is not None:
         jax.config.update("jax_compilation_cache_dir", str(cache))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+
+def _running() -> bool:
+    """Whether JAX's backend has started: from then on its number of devices cannot be set, not even to what it is."""
+    import jax
+
+    try:
+        now = jax.config.jax_num_cpu_devices  # pyright: ignore[reportAttributeAccessIssue]
+        jax.config.update("jax_num_cpu_devices", now)
+    except RuntimeError:
+        return True
+    return False
 
 
 def _private_cache() -> Path | None:
@@ -68,8 +91,18 @@ def settings() -> dict[str, object]:
         "precision": "float64" if jax.config.read("jax_enable_x64") else "float32",
         "device": jax.devices()[0].platform,
         "device_kind": jax.devices()[0].device_kind,
+        "processor": _processor(),
         "xla_flags": os.environ.get("XLA_FLAGS", ""),
     }
+
+
+def _processor() -> str:
+    """The model of the CPU: the compiler writes other code for another one."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
 
 
 def devices() -> list[str]:

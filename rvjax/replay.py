@@ -81,4 +81,6 @@ def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, ta
     differing = [name for name in again.columns if not again[name].equals(recorded[name])]
     if differing:
         raise FolderError(f"samples {', '.join(map(str, samples))}: flown again, {', '.join(differing)} differ from the table")
-    return {sample: tables.trace_table(flown.steps, position) for position, sample in enumerate(samples)}
+    return {
+        sample: tables.trace_table(flown.steps, position, problem.loop.law.signals) for position, sample in enumerate(samples)
+    }

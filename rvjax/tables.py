@@ -12,12 +12,18 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax.algebra import AXES, CHANNELS, Channels, Symmetric, Vector
+from rvjax.algebra import Channels, Symmetric, Vector
 from rvjax.batch import Flown
 from rvjax.campaign import Problem
-from rvjax.columns import Column
+from rvjax.columns import AXES, CHANNELS, Column
+from rvjax.controllers.interface import WRENCH
 from rvjax.draw import Draws
 from rvjax.state import Step
+
+
+def _channel_unit(channel: str) -> str:
+    return "N" if channel[0] == "f" else "N·m"
+
 
 OUTCOME_TIME = Column("outcome_time_s", "s", "when the outcome was decided: last settling time, loss, or end of the flight")
 ENVELOPE = {
@@ -28,7 +34,7 @@ ENVELOPE = {
         Column("nu_m_s", "m/s", "velocity error |nu|"),
         Column("sigma", "1", "attitude error |sigma|, modified Rodrigues parameters"),
         Column("omega_rad_s", "rad/s", "angular rate relative to the target |omega|"),
-        *(Column(f"cmd_{name}", "N" if name[0] == "f" else "N·m", f"commanded wrench, channel {name}") for name in CHANNELS),
+        *(Column(f"cmd_{name}", _channel_unit(name), f"commanded wrench, channel {name}") for name in CHANNELS),
     )
 }
 
@@ -68,17 +74,17 @@ def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np
     return pd.DataFrame({"sample": np.repeat(kept, len(times)), "t_s": np.tile(times, len(kept))} | columns)
 
 
-def trace_table(steps: list[Step], position: int) -> tuple[pd.DataFrame, dict[str, Column]]:
-    """One row per observed step of one traced sample, everything in SI; frames as in `rvjax.state`."""
+def trace_table(steps: list[Step], position: int, signals: Mapping[str, Column]) -> tuple[pd.DataFrame, dict[str, Column]]:
+    """One row per observed step of one traced sample, everything in SI; frames as in `rvjax.state`. signals: the controller's."""
     columns: dict[str, Column] = {}
     data: dict[str, NDArray[np.float64]] = {}
-    for column, series in _series(steps):
+    for column, series in _series(steps, signals):
         columns[column.name] = column
         data[column.name] = np.array([values[position] for values in series])
     return pd.DataFrame(data), columns
 
 
-def _series(steps: list[Step]) -> Iterator[tuple[Column, list[Any]]]:
+def _series(steps: list[Step], signals: Mapping[str, Column]) -> Iterator[tuple[Column, list[Any]]]:
     first = steps[0]
     yield Column("t_s", "s", "time"), [np.broadcast_to(step.t, step.motion.rho.x.shape) for step in steps]
     vectors: Mapping[str, tuple[str, str, str, Any]] = {
@@ -102,11 +108,12 @@ def _series(steps: list[Step]) -> Iterator[tuple[Column, list[Any]]]:
     }
     for form, (text, get) in wrenches.items():
         for i, channel in enumerate(CHANNELS):
-            unit = "1" if form == "ctl.chi" else "N" if channel[0] == "f" else "N·m"
+            unit = "1" if form == "ctl.chi" else _channel_unit(channel)
             yield Column(f"{form}_{channel}", unit, text), [get(step).parts()[i] for step in steps]
-    for name in first.report.signals:
+    for name, meaning in signals.items():
         for suffix in _named_parts(first.report.signals[name]):
-            column = Column(f"ctl.{name}{suffix}", "", f"signal {name} of the controller")
+            unit = _channel_unit(suffix[1:]) if meaning.unit == WRENCH else meaning.unit
+            column = Column(f"ctl.{name}{suffix}", unit, f"{meaning.description}, a signal of the controller")
             yield column, [_named_parts(step.report.signals[name])[suffix] for step in steps]
 
 

@@ -17,8 +17,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from rvjax import closed_loop, flight
-from rvjax.algebra import AXES, CHANNELS, Channels, Symmetric, Vector
+from rvjax.algebra import Channels, Symmetric, Vector
 from rvjax.closed_loop import Drawn, Loop
+from rvjax.columns import AXES, CHANNELS
 from rvjax.disturbances import constant, sinusoid
 from rvjax.dynamics import MU_EARTH
 from rvjax.family import component, members

@@ -71,8 +71,9 @@ def _report(error: RvjaxError) -> int:
 
 def _unexpected(error: Exception) -> int:
     """2 for a wrong command line, whose exceptions have a message of their own; 4, never a verdict's code, for our mistakes."""
-    if hasattr(error, "format_message"):
-        print(f"rvjax: {error.format_message()}\nTry `rvjax --help`.", file=sys.stderr)
+    message = getattr(error, "format_message", None)
+    if message is not None:
+        print(f"rvjax: {message()}\nTry `rvjax --help`.", file=sys.stderr)
         return 2
     traceback.print_exception(error)
     print("rvjax: this is a mistake of the program, please report it", file=sys.stderr)

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from rvjax.check import Verdict
     from rvjax.run import Progress
 
+AFTERWARDS = "flying the worst again, writing the report"
+
 STYLES = {"PASS": "bold green", "FAIL": "bold red", "UNDECIDED": "bold yellow"}
 
 
@@ -89,18 +91,22 @@ class _Lines:
     """One line on stderr for each report."""
 
     def __init__(self) -> None:
-        self.started = time.monotonic()
-        self.first: int | None = None
+        self.started = 0.0
+        self.calls = 0
+        self.first = 0
 
     def __call__(self, done: int, total: int) -> None:
-        if self.first is None:
-            self.first = done
+        self.calls += 1
+        if self.calls == 1:
             say(f"flying {total - done} of {total} samples", sys.stderr)
-            return
-        spent = time.monotonic() - self.started
-        rate = (done - self.first) / max(spent, 1e-9)
-        left = (total - done) / max(rate, 1e-9)
-        say(f"{done}/{total} samples, {rate:.0f} samples/s, {left:.0f} s left", sys.stderr)
+        elif self.calls == 2:  # the first chunk came with compiling: the clock starts behind it
+            self.first, self.started = done, time.monotonic()
+            say(f"{done}/{total} samples", sys.stderr)
+        else:
+            rate = (done - self.first) / max(time.monotonic() - self.started, 1e-9)
+            say(f"{done}/{total} samples, {rate:.0f} samples/s, {(total - done) / rate:.0f} s left", sys.stderr)
+        if done == total:
+            say(AFTERWARDS, sys.stderr)
 
 
 @contextmanager
@@ -114,10 +120,21 @@ def _bar() -> Iterator[Progress]:
 
             return Text(f"{task.speed:.0f} samples/s" if task.speed else "compiling")
 
-    columns = (SpinnerColumn(), TextColumn("flying"), BarColumn(), MofNCompleteColumn(), Speed(""), TimeRemainingColumn())
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        Speed(""),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("flying", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+        def show(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total, description=AFTERWARDS if done == total else "flying")
+
+        yield show
 
 
 def verdict_documents(verdicts: Sequence[Verdict]) -> list[dict[str, Any]]:

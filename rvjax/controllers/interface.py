@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from rvjax.algebra import Channels
+from rvjax.columns import Column
 from rvjax.state import Numbers, Report, Seen
+
+WRENCH = "N, N·m"
 
 Saturate = Callable[[Channels], tuple[Channels, Channels]]
 """v → (h(v), h'(v)) of the flown actuators: what the drive electronics report back."""
@@ -21,7 +24,11 @@ class Response(NamedTuple):
 
 
 class Law(NamedTuple):
-    """start(seen, gains) → the controller's own state at t = 0; respond(seen, state, saturate, gains) → `Response`."""
+    """start(seen, gains) → the controller's own state at t = 0; respond(seen, state, saturate, gains) → `Response`.
+
+    signals: unit and meaning of each signal of its report; the unit WRENCH is that of the channel.
+    """
 
     start: Callable[[Seen, Numbers], Any]
     respond: Callable[[Seen, Any, Saturate, Numbers], Response]
+    signals: Mapping[str, Column] = {}

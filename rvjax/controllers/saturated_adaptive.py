@@ -24,8 +24,9 @@ import jax
 import jax.numpy as jnp
 
 from rvjax.algebra import Channels, Scalar, Symmetric, each, split
-from rvjax.backstepping import adaptation, drift, model, project, tracking
-from rvjax.controllers.interface import Law, Response, Saturate
+from rvjax.backstepping import AdaptationGains, adaptation, drift, model, project, tracking
+from rvjax.columns import Column
+from rvjax.controllers.interface import WRENCH, Law, Response, Saturate
 from rvjax.differentiator import DIFFERENTIATORS
 from rvjax.family import Component
 from rvjax.nussbaum import GAINS
@@ -33,7 +34,7 @@ from rvjax.spec import Model, Quantity, flag, option, part, scalar
 from rvjax.state import Numbers, Report, Seen
 
 
-class Gains(Model):
+class Gains(AdaptationGains):
     """Numbers of the law. Rates of adaptation in the units that the equations give them."""
 
     k1: Quantity = scalar("1/s", default=0.06, above=0.0, doc="position gain k₁, 1/s")
@@ -46,21 +47,12 @@ class Gains(Model):
     gamma_chi: Quantity = scalar("1", default=0.02, at_least=0.0, doc="rate γ_χ of the Nussbaum arguments")
     gamma_bound: Quantity = scalar("1", default=6.0, at_least=0.0, doc="rate γ_D of the disturbance bounds D̂")
     bound_share: Quantity = scalar("1", default=0.5, at_least=0.0, doc="ceiling of D̂ as a share of the mean limit")
-    gamma_mass: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the mass estimate, kg·s²/m²")
-    gamma_inertia: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the inertia estimate, kg·m²·s²")
     epsilon_force: Quantity = scalar("m/s", default=1e-4, above=0.0, doc="width ε of the force channels, m/s")
     epsilon_torque: Quantity = scalar("rad/s", default=2e-5, above=0.0, doc="width ε of the torque channels, rad/s")
     epsilon_decay: Quantity = scalar("1/s", default=0.01, above=0.0, doc="decay a of ε(t) = ε e^{−at} where it decays")
     levant_share: Quantity = scalar("1/s²", default=0.2, above=0.0, doc="Levant's L as a share of the mean limit, 1/s²")
     filter_rad_s: Quantity = scalar("rad/s", default=5.0, above=0.0, doc="bandwidth of the filtered derivative")
     clip_share: Quantity = scalar("1", default=0.95, above=0.0, at_most=1.0, doc="clip of α₂ as a share of the nominal limits")
-    mass_guess_kg: Quantity = scalar("kg", default=70.0, above=0.0, doc="m̂(0)")
-    mass_min_kg: Quantity = scalar("kg", default=20.0, above=0.0, doc="lower bound of m̂")
-    mass_max_kg: Quantity = scalar("kg", default=300.0, above=0.0, doc="upper bound of m̂")
-    inertia_guess_kgm2: Quantity = scalar("kg·m²", default=15.0, above=0.0, doc="Ĵ(0) = this · I")
-    moment_min_kgm2: Quantity = scalar("kg·m²", default=3.0, above=0.0, doc="lower bound of the diagonal of Ĵ")
-    moment_max_kgm2: Quantity = scalar("kg·m²", default=60.0, above=0.0, doc="upper bound of the diagonal of Ĵ")
-    product_max_kgm2: Quantity = scalar("kg·m²", default=5.0, at_least=0.0, doc="bound of the off-diagonal entries of Ĵ")
 
 
 class Parameters(Model):
@@ -140,9 +132,17 @@ def mean_limit(seen: Seen) -> Channels:
     return (seen.upper + seen.lower) * 0.5
 
 
+SIGNALS = {
+    "alpha2": Column("alpha2", WRENCH, "virtual wrench"),
+    "bound": Column("bound", WRENCH, "estimated bound of the disturbance"),
+    "mass_kg": Column("mass_kg", "kg", "estimated mass"),
+    "inertia_kgm2": Column("inertia_kgm2", "kg·m²", "estimated inertia"),
+}
+
+
 def build(parameters: Parameters) -> Law:
     """The law with its options fixed."""
-    return Law(partial(start, parameters), partial(respond, parameters))
+    return Law(partial(start, parameters), partial(respond, parameters), SIGNALS)
 
 
 COMPONENT = Component(Parameters, build)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
 
-from rvjax.algebra import CHANNELS
+from rvjax.columns import CHANNELS
 from rvjax.spec import Model, Quantity, channels, option
 from rvjax.spec.problem import Problem, refuse
 from rvjax.spec.values import describe, is_list

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from rvjax.algebra import CHANNELS, Channels, Scalar, each, largest
-from rvjax.columns import Column
+from rvjax.algebra import Channels, Scalar, each, largest
+from rvjax.columns import CHANNELS, Column
 from rvjax.metrics.interface import Metric, Rules
 from rvjax.state import Step
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from rvjax.results import OUTCOMES
 from rvjax.sections import plot
-from rvjax.sections.opened import OUTCOMES, Run
+from rvjax.sections.opened import Run
 from rvjax.sections.page import Drawing, Section
 from rvjax.sections.tables import shares
 from rvjax.sections.wording import count, number, spoken

@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from rvjax import stats
+from rvjax.columns import CHANNELS
 from rvjax.sections import plot
-from rvjax.sections.opened import CHANNELS, CONFIDENCE, Run
+from rvjax.sections.opened import CONFIDENCE, Run
 from rvjax.sections.page import Drawing, Number, Section, Table
 from rvjax.sections.wording import axis_label, capital, channel, count, percent, setting
 from rvjax.sections.worst import worst_first

@@ -17,8 +17,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax import check, spec, stats
+from rvjax import check, stats
 from rvjax.check import Verdict
+from rvjax.columns import CHANNELS
 from rvjax.results import Account, Column, RunFolder
 from rvjax.results.manifest import Chunk
 from rvjax.sections.page import Number
@@ -26,9 +27,6 @@ from rvjax.spec import Spec
 
 CONFIDENCE = 0.95
 """Of every two-sided interval in the report; a requirement brings its own."""
-
-CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
-OUTCOMES = ("captured", "not_settled", "not_finite")
 
 
 @dataclass(frozen=True)
@@ -132,8 +130,7 @@ def open_run(path: str | Path) -> Run:
     FolderError where it is none or is damaged, IncompleteError where no chunk is finished.
     """
     folder = RunFolder.open(path)
-    folder.campaign_text()  # verifies the file that is parsed next
-    campaign = spec.load(Path(path) / "campaign.yaml", [str(item) for item in folder.provenance.get("overrides", ())])
+    campaign = check.campaign_of(folder)
     table = folder.samples()
     return Run(
         folder=str(path),

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax import stats
+from rvjax.columns import CHANNELS
 from rvjax.sections import plot
-from rvjax.sections.opened import CHANNELS, CONFIDENCE, Run, is_share
+from rvjax.sections.opened import CONFIDENCE, Run, is_share
 from rvjax.sections.page import Cell, Drawing, Number, Section, Table
 from rvjax.sections.tables import quantiles
 from rvjax.sections.wording import axis_label, capital, channel, count, percent, spoken

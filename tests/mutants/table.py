@@ -53,6 +53,13 @@ MUTANTS = (
         TARGET,
     ),
     Mutant("sign of ω_t×J_tω_t", DYNAMICS, "return -apply(inertia_inverse", "return apply(inertia_inverse", TARGET),
+    Mutant(
+        "gravity as a difference",
+        DYNAMICS,
+        "accel=differential_gravity(centre, delta) -",
+        "accel=gravity(centre + delta) - gravity(centre) -",
+        "test_flight.py::test_what_float32_costs",
+    ),
     Mutant("sign of Battin's F", DYNAMICS, "(delta - r * f)", "(delta + r * f)", DIFFERENCE),
     Mutant(
         "sign of the gravity gradient",

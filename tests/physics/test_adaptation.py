@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from rvjax import backstepping, closed_loop
-from rvjax.algebra import CHANNELS, Channels, Symmetric, Vector, dot
+from rvjax.algebra import Channels, Symmetric, Vector, dot
+from rvjax.columns import CHANNELS
 from rvjax.controllers import pd_plus, saturated_adaptive
 from rvjax.differentiator import DIFFERENTIATORS
 from rvjax.nussbaum import GAINS
@@ -151,19 +152,22 @@ def busy(one: Any, **options: Any) -> Any:
 def test_lyapunov_like_identity(one: Any, nussbaum: str) -> None:
     """z₃ż₃ = (u²/γ)(h' N χ̇ − χ̇) − K₃z₃² where ż₃ = h'v̇ − ν_L; kills the sign of K₃, of χ̇, of κ and of the derivative.
 
-    This is the bracket of the paper's Lemma 1, scaled by the channel's limit u.
+    This is the bracket of the paper's Lemma 1, scaled by the channel's limit u. Without a Nussbaum gain χ stays, and
+    z₃w̄ = z₃(v̇ + κv) takes the place of (u²/γ)χ̇.
     """
     options = {"nussbaum": nussbaum, "derivative": "filtered"}
     state = busy(one, **options)
     response, actuators = respond(one, state, **options)
     h, slope = actuators(state.v)
-    alpha2 = response.report.signals["alpha2"]
-    z3 = h - alpha2
+    z3 = h - response.report.signals["alpha2"]
     z3_rate = slope * response.rate.v - state.zeta1
     limit = (one.upper + one.lower) * 0.5
+    work = response.rate.chi * limit * limit / one.gains.gamma_chi
+    if nussbaum == "none":
+        assert not np.array(work.parts()).any()
+        work = z3 * (response.rate.v + state.v * one.gains.kappa)
     gain = Channels.of(tuple(GAINS[nussbaum](jnp.asarray(x)) for x in state.chi.parts()))
-    bracket = (slope * gain * response.rate.chi - response.rate.chi) * limit * limit / one.gains.gamma_chi
-    expected = bracket - z3 * z3 * one.gains.k3
+    expected = slope * gain * work - work - z3 * z3 * one.gains.k3
     np.testing.assert_allclose((z3 * z3_rate).parts(), expected.parts(), rtol=1e-10, atol=1e-13)
 
 

@@ -1,7 +1,7 @@
 """300 s of flight against two spacecraft propagated absolutely under the recorded wrench (`oracles.absolute`).
 
-Whatever is wrong in the relative equations, their frames or their integration shows up here as metres. Measured: 2e-8 m and
-6e-11 rad (PD+), 5e-8 m and 7e-10 rad (adaptive law with a filtered derivative): the promise of 1e-6 m and 1e-9 rad holds where
+Whatever is wrong in the relative equations, their frames or their integration shows up here as metres. Measured: 3e-8 m and
+9e-11 rad (PD+), 2e-8 m and 4e-10 rad (adaptive law with a filtered derivative): the promise of 1e-6 m and 1e-9 rad holds where
 the wrench is smooth. It does not hold, and cannot, in two places:
 
 - the onset of a fault inside a step: its four stages see the jump with the weights 0, 5/6 or 1/6 instead of the share of the
@@ -93,7 +93,7 @@ def test_levant_flies_near_the_truth(levant: Recorder) -> None:
     """What the switching of the differentiator leaves over 30 s.
 
     Between two rows the wrench may wander by L h²; one wander of that size and one sign would carry the pursuer off by
-    14 mm and 0.01 rad; a tenth of it is allowed, 0.4 mm and 3e-5 rad were measured.
+    14 mm and 0.01 rad; a tenth of it is allowed, 0.2 mm and 2e-5 rad were measured.
     """
     step_s, span_s = 0.05, 30.0
     drawn = adaptive_draw(step_s)

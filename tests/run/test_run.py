@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,15 @@ import pandas as pd
 import pytest
 
 from rvjax import tables
-from rvjax.algebra import CHANNELS
 from rvjax.batch import LANES
+from rvjax.check import judge_folder
+from rvjax.columns import CHANNELS
 from rvjax.errors import FolderError, UsageError
 from rvjax.replay import replay
 from rvjax.results import RunFolder
 from rvjax.run import run
+from rvjax.sections.opened import open_run
+from rvjax.sections.worst import worst_first
 from tests.short import CAMPAIGN, SHORT
 
 TRACE_COLUMNS = [
@@ -56,8 +60,11 @@ def test_replay_reproduces_its_row_and_gives_the_contracted_trace(flown: Path) -
     """Kills: another draw, another program or another step for the replay than for the run (bitwise, 75 columns)."""
     trace, columns, row = replay(flown, 17)
     assert len(trace) == 401
-    assert list(trace.columns[: len(TRACE_COLUMNS) + 0]) == TRACE_COLUMNS or set(TRACE_COLUMNS) <= set(trace.columns)
+    own = [name for name in trace.columns if name.startswith("ctl.")]
+    assert set(trace.columns) == {*TRACE_COLUMNS, *own}
+    assert {"ctl.chi_fx", "ctl.mass_kg", "ctl.inertia_kgm2_xy", "ctl.alpha2_tz"} <= set(own)
     assert set(columns) == set(trace.columns)
+    assert all(column.unit and column.description for column in columns.values())
     assert trace["t_s"].iloc[-1] == pytest.approx(20.0, abs=1e-12)
     assert row["sample"] == 17
     final = np.sqrt((trace[["rho_x_m", "rho_y_m", "rho_z_m"]].iloc[-1] ** 2).sum())
@@ -101,6 +108,34 @@ def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path) -> None:
     again: list[int] = []
     run(CAMPAIGN, tmp_path / "run", [*SHORT, f"samples={LANES + 50}"], progress=lambda done, total: again.append(done))
     assert again == []
+
+
+def test_the_verdict_is_on_the_requirements_given_last(flown: Path, tmp_path: Path) -> None:
+    """Kills: verdicts on the requirements of the first run. Nothing is flown again; the ten traces stay the same bytes."""
+    copy = tmp_path / "copy"
+    shutil.copytree(flown, copy)
+    before = {path.name: path.read_bytes() for path in (copy / "traces").iterdir()}
+    flights: list[int] = []
+    required = "require=[{metric: captured, at_least: 0.5}]"
+    run(CAMPAIGN, copy, [*SHORT, required], progress=lambda done, total: flights.append(done))
+    assert flights == []
+    assert [verdict.verdict for verdict in judge_folder(copy)] == ["PASS"]
+    assert judge_folder(flown)[0].verdict == "UNDECIDED"
+    assert {path.name: path.read_bytes() for path in (copy / "traces").iterdir()} == before
+
+
+def test_kept_traces_are_those_of_the_worst_samples(tmp_path: Path) -> None:
+    """A folder that grows from 5 to 60 samples. Kills: traces of samples that are no longer among the worst; a trace whose bits
+    depend on the samples it is flown beside."""
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=5"])
+    first = RunFolder.open(tmp_path / "run").traces()
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=60"])
+    kept = RunFolder.open(tmp_path / "run").traces()
+    opened = open_run(tmp_path / "run")
+    assert set(kept) == {int(opened.frame["sample"].iloc[row]) for row in worst_first(opened)[:10]}
+    for sample in first:
+        again, _, _ = replay(tmp_path / "run", sample)
+        pd.testing.assert_frame_equal(again, first[sample], check_exact=True)
 
 
 def test_another_seed_is_another_run(flown: Path) -> None:
