@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
-from rvjax import columns, dynamics
+from rvjax import algebra, columns, dynamics
 from rvjax.algebra import Channels, Symmetric, Vector
 from rvjax.closed_loop import Drawn
 from rvjax.state import Motion
