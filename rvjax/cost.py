@@ -13,7 +13,7 @@ from rvjax.campaign import Problem
 from rvjax.draw import Draws
 
 STEPS_PER_S_PER_CORE = 5e5
-"""Assumed speed; `docs/speed.md` has the measurement that it is taken from."""
+"""Assumed speed of float64 flights, a cautious one; `docs/verification.md` has a measurement."""
 
 START_S = 25.0
 """Assumed time to start, compile, trace the worst flights and write the report."""
