@@ -58,7 +58,7 @@ MUTANTS = (
         DYNAMICS,
         "accel=differential_gravity(centre, delta) -",
         "accel=gravity(centre + delta) - gravity(centre) -",
-        "test_flight.py::test_what_float32_costs",
+        "test_dynamics.py::test_the_known_acceleration_survives_float32",
     ),
     Mutant("sign of Battin's F", DYNAMICS, "(delta - r * f)", "(delta + r * f)", DIFFERENCE),
     Mutant(
