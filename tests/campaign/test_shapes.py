@@ -1,4 +1,4 @@
-"""Shapes and types at the seams where numbers change hands: streams → draws → flight. jaxtyping says them, beartype checks them."""
+"""Shapes and types where numbers change hands: streams → draws → flight; said in jaxtyping, checked by beartype."""
 
 from __future__ import annotations
 
