@@ -103,8 +103,10 @@ class _Lines:
             self.first, self.started = done, time.monotonic()
             say(f"{done}/{total} samples", sys.stderr)
         else:
-            rate = (done - self.first) / max(time.monotonic() - self.started, 1e-9)
-            say(f"{done}/{total} samples, {rate:.0f} samples/s, {(total - done) / rate:.0f} s left", sys.stderr)
+            spent = time.monotonic() - self.started
+            rate = (done - self.first) / spent if spent > 1.0 else 0.0  # chunks of the same moment say nothing about the speed
+            speed = f", {rate:.0f} samples/s, {(total - done) / rate:.0f} s left" if rate else ""
+            say(f"{done}/{total} samples{speed}", sys.stderr)
         if done == total:
             say(AFTERWARDS, sys.stderr)
 
