@@ -29,6 +29,7 @@ _INTEGER = re.compile(r"[-+]?[0-9]+")
 _OTHER_BASE = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+NOT_PRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _WORDS = {"": None, "~": None} | {
     word: value
     for text, value in (("null", None), ("true", True), ("false", False))
@@ -159,6 +160,8 @@ class _Reading:
     def scalar(self, event: Any, place: Place) -> Any:
         """The core schema of YAML 1.2: quoted is text; plain is null, true, false, a number, or else text."""
         text: str = event.value
+        if strange := NOT_PRINTABLE.search(text):  # only an escape in quotes can say one
+            return self.refuse(event, place, f"character U+{ord(strange[0]):04X}", "accepted: printable text")
         if not event.implicit[0]:
             return text
         if text in _WORDS:

@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from rvjax.errors import Finding
-from rvjax.spec.document import parse
+from rvjax.spec.document import NOT_PRINTABLE, parse
 from rvjax.spec.values import Place, describe, dotted, is_mapping
 
 MOST_BYTES = 128 * 1024
 MOST_LINES = 100
 """Lines with characters that are not accepted, of which so many are named."""
 
-_NOT_PRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _TAB_INDENT = re.compile(r" *\t(?=\s*[^\s#])")
 
 
@@ -77,7 +76,7 @@ def read_text(text: str, name: str) -> Source:
     """The source of campaign text that is known under a name."""
     refused = [
         Finding(f"{name}:{line}:{found.start() + 1}", "", f"character U+{ord(found[0]):04X}", "accepted: printable text")
-        for line, found in _lines(_NOT_PRINTABLE.search, text)
+        for line, found in _lines(NOT_PRINTABLE.search, text)
     ] or [
         Finding(f"{name}:{line}:{found.end()}", "", "a tab in the indentation", "accepted: spaces")
         for line, found in _lines(_TAB_INDENT.match, text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import pytest
 
 from rvjax.cli import main
 from tests.short import CAMPAIGN, SHORT
+from tests.spec.corpus import bad_files
 
 Run = Callable[..., tuple[int, str, str]]
 SETS = [part for one in SHORT for part in ("--set", one)]
@@ -206,3 +208,15 @@ def test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on(tmp_path: Path, nu
     assert "Traceback" not in rest
     assert f"rvjax run {CAMPAIGN} --out {tmp_path / 'run'}" in rest
     assert len(json.loads((tmp_path / "run" / "manifest.json").read_text())["chunks"]) >= 1
+
+
+def test_every_bad_file_is_exit_2_with_its_places_and_no_traceback(rvjax: Run, tmp_path: Path) -> None:
+    """Both corpora of bad campaign files, and paths that are no file, through the program itself."""
+    tests = Path(__file__).parents[1]
+    bad = [*bad_files(tests / "spec" / "bad"), *bad_files(tests / "campaign" / "bad"), tmp_path, tmp_path / "not-there.yaml"]
+    assert len(bad) >= 130
+    for path in bad:
+        code, out, err = rvjax("validate", path)
+        assert (code, out) == (2, ""), path
+        assert "Traceback" not in err
+        assert all(re.match(rf"{re.escape(str(path))}:\d+:\d+: ", line) for line in err.splitlines()), err

@@ -1,0 +1,63 @@
+"""Components that other packages bring, and names that two of them claim."""
+
+from __future__ import annotations
+
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from rvjax import family
+from rvjax.campaign import load
+from rvjax.errors import UsageError
+from rvjax.identity import identity
+from rvjax.process import configure
+from tests.short import CAMPAIGN
+
+DRIFT = '''"""Drift: u = h + a (t − t_f) from the onset on."""
+
+import jax.numpy as jnp
+
+from rvjax.algebra import each
+from rvjax.family import Component
+from rvjax.faults.interface import FaultParameters
+from rvjax.spec import Quantity, channels
+
+
+class Parameters(FaultParameters):
+    rate: Quantity = channels("1", doc="rate a, N/s or N·m/s")
+
+
+def fault(t, wrench, plant, numbers):
+    return each(lambda h, t0, a: jnp.where(t >= t0, h + a * (t - t0), h), wrench, numbers.onset_s, numbers.rate)
+
+
+COMPONENT = Component(Parameters, lambda parameters: fault)
+'''
+
+
+def bring(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """As if an installed package had this entry point."""
+    entry = EntryPoint(name, "drifting:COMPONENT", "rvjax.faults")
+    monkeypatch.setattr(family, "entry_points", lambda group: [entry] if group == "rvjax.faults" else [])
+
+
+def test_a_fault_from_elsewhere_is_one_like_ours(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """It is listed, its parameters are read, and its code is part of the run's identity."""
+    (tmp_path / "drifting.py").write_text(DRIFT)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "drifting", raising=False)
+    bring(monkeypatch, "drift")
+    assert family.members("faults")["drift"] == "drifting:COMPONENT"
+    problem = load(CAMPAIGN, ["faults=[{use: drift, onset_s: 30, rate: {uniform: [0, 0.01]}, channels: [fx]}]"])
+    assert problem.faults[0].prefix == "faults.drift"
+    configure()
+    assert list(identity(problem)["components"]) == ["drifting:COMPONENT"]
+    assert identity(load(CAMPAIGN))["components"] == {}
+
+
+def test_a_name_that_two_claim_is_an_error_that_names_both(monkeypatch: pytest.MonkeyPatch) -> None:
+    bring(monkeypatch, "bias")
+    with pytest.raises(UsageError, match=r"'bias' in rvjax\.faults: rvjax\.faults\.bias and drifting:COMPONENT"):
+        family.members("faults")
