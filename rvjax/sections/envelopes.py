@@ -125,8 +125,7 @@ def _worst(run: Run) -> list[pd.DataFrame]:
 def _marks(axis: Axes, run: Run, table: pd.DataFrame) -> None:
     """Along the upper edge: the time in which faults set in, and the ends of flights that were lost."""
     if (window := run.onsets()) is not None:
-        first, last = window
-        axis.axvspan(first, max(last, first + 1e-3), 0.97, 1.0, color=plot.ORANGE, lw=0, label="fault onsets")
+        axis.axvspan(window[0], max(window[1], window[0] + 1e-3), 0.97, 1.0, color=plot.ORANGE, lw=0, label="fault onsets")
     kept = np.isin(run.frame["sample"], table.index)
     lost = run.frame.loc[run.is_outcome("not_finite") & kept, "outcome_time_s"]
     if not lost.empty:

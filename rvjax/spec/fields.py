@@ -12,6 +12,7 @@ unit. Ranges and defaults are in the unit of the key, as the user writes them. A
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Required, TypedDict, TypeVar, Unpack, cast
@@ -111,7 +112,7 @@ class Model(BaseModel):
 
 
 @dataclass(frozen=True)
-class Declared:
+class Declared(ABC):
     """What one field holds. unit: SI; symbol: of the key's unit; factor: to SI; optional: may be left out."""
 
     unit: str
@@ -121,13 +122,13 @@ class Declared:
     doc: str
     optional: bool
 
+    @abstractmethod
     def read(self, raw: Any) -> Any:
         """The field's value in SI, or every problem at once."""
-        raise NotImplementedError
 
+    @abstractmethod
     def json_schema(self) -> dict[str, Any]:
         """What the key accepts, as JSON Schema."""
-        raise NotImplementedError
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
