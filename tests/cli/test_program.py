@@ -193,7 +193,16 @@ def test_schema_describes_every_component(rvjax: Run) -> None:
 def test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on(tmp_path: Path, number: int, code: int) -> None:
     """Kills: chunks lost at Ctrl-C, a traceback, a process that hangs in a thread."""
     command = [sys.executable, "-m", "rvjax", "run", CAMPAIGN, "--out", tmp_path / "run", *SETS, "--set", "samples=4000"]
-    running = subprocess.Popen([*map(str, command)], stderr=subprocess.PIPE, text=True, env=os.environ | {"COLUMNS": "80"})
+    running = subprocess.Popen(
+        [*map(str, command)],
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        env=os.environ | {"COLUMNS": "80"},
+        preexec_fn=lambda: signal.signal(
+            number, signal.SIG_DFL
+        ),  # a test runner in the background passes on that it ignores SIGINT
+    )
     assert running.stderr is not None
     lines: list[str] = []
     for line in running.stderr:
