@@ -51,19 +51,20 @@ def begin(loop: closed_loop.Loop, metrics: tuple[Metric, ...], drawn: Drawn) -> 
 
 def advance(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: Carry, first: Scalar, last: Scalar) -> Carry:
     """The carry at step `last` from the carry at step `first` (whole numbers)."""
+    return jax.lax.fori_loop(first, last, lambda k, carry: step(evaluate, metrics, drawn, carry, k), carry)
+
+
+def step(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: Carry, k: Scalar) -> Carry:
+    """The carry at step k + 1 from the carry at step k."""
     h = drawn.rules.step_s
-
-    def body(k: Scalar, carry: Carry) -> Carry:
-        t = k * h
-        rate, now = evaluate(drawn, t, carry.y)
-        weight = h * jnp.where(k == 0, 0.5, 1.0)
-        folds = fold(metrics, carry.folds, now, weight, drawn)
-        y = rk4.step(lambda s, x: evaluate(drawn, s, x)[0], t, carry.y, h, rate)
-        y = closed_loop.between_steps(y)
-        lost = jnp.minimum(carry.lost_s, jnp.where(finite(y), jnp.inf, t + h))
-        return Carry(y, folds, lost)
-
-    return jax.lax.fori_loop(first, last, body, carry)
+    t = k * h
+    rate, now = evaluate(drawn, t, carry.y)
+    weight = h * jnp.where(k == 0, 0.5, 1.0)
+    folds = fold(metrics, carry.folds, now, weight, drawn)
+    y = rk4.step(lambda s, x: evaluate(drawn, s, x)[0], t, carry.y, h, rate)
+    y = closed_loop.between_steps(y)
+    lost = jnp.minimum(carry.lost_s, jnp.where(finite(y), jnp.inf, t + h))
+    return Carry(y, folds, lost)
 
 
 def observe(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> Step:

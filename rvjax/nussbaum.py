@@ -16,16 +16,17 @@ from collections.abc import Callable, Mapping
 import jax.numpy as jnp
 
 from rvjax.algebra import Scalar
+from rvjax.elementary import cos
 
 
 def exp_cos(chi: Scalar) -> Scalar:
     """N(χ) = e^{χ²} cos(πχ/2)."""
-    return jnp.exp(chi * chi) * jnp.cos((0.5 * math.pi) * chi)
+    return jnp.exp(chi * chi) * cos((0.5 * math.pi) * chi)
 
 
 def quadratic_cos(chi: Scalar) -> Scalar:
     """N(χ) = χ² cos χ."""
-    return chi * chi * jnp.cos(chi)
+    return chi * chi * cos(chi)
 
 
 def none(chi: Scalar) -> Scalar:

@@ -5,10 +5,9 @@ dᵢ(t) = aᵢ sin(wᵢ t + φᵢ),   fixed in P
 
 from __future__ import annotations
 
-import jax.numpy as jnp
-
 from rvjax.algebra import Channels, Scalar, each
 from rvjax.dynamics import Relative
+from rvjax.elementary import sin
 from rvjax.family import Component
 from rvjax.spec import Model, Quantity, channels, vector
 from rvjax.state import Motion, Numbers, Plant
@@ -27,7 +26,7 @@ def disturbance(t: Scalar, motion: Motion, known: Relative, plant: Plant, number
     """aᵢ sin(wᵢ t + φᵢ)."""
     del motion, known, plant
     amplitude = Channels(numbers.force_N, numbers.torque_Nm)
-    return each(lambda a, w, phi: a * jnp.sin(w * t + phi), amplitude, numbers.rate_rad_s, numbers.phase_rad)
+    return each(lambda a, w, phi: a * sin(w * t + phi), amplitude, numbers.rate_rad_s, numbers.phase_rad)
 
 
 COMPONENT = Component(Parameters, lambda parameters: disturbance)

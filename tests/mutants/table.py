@@ -29,6 +29,7 @@ IDENTITY = "test_adaptation.py::test_lyapunov_like_identity"
 GRADIENT = "test_adaptation.py::test_adaptation_follows_the_gradient"
 LINEAR = "test_adaptation.py::test_the_plant_is_linear_in_its_parameters"
 DERIVATIVE = "test_adaptation.py::test_differentiators_find_the_derivative"
+SINE = "test_elementary.py::test_sine_and_cosine_have_every_digit"
 NUSSBAUM = "test_adaptation.py::test_nussbaum_gains_by_definition"
 ONSET = "test_flight.py::test_faults_begin_at_their_onset"
 
@@ -80,7 +81,7 @@ MUTANTS = (
     Mutant(
         "no shadow switch",
         "flight.py",
-        "        y = closed_loop.between_steps(y)\n",
+        "    y = closed_loop.between_steps(y)\n",
         "",
         "test_oracle.py::test_attitude_is_continuous_across_the_shadow_switch",
     ),
@@ -139,8 +140,8 @@ MUTANTS = (
     Mutant(
         "lost phase of the disturbance",
         "disturbances/sinusoid.py",
-        "jnp.sin(w * t + phi)",
-        "jnp.sin(w * t)",
+        "a * sin(w * t + phi)",
+        "a * sin(w * t)",
         "test_flight.py::test_disturbances_are_as_drawn",
     ),
     Mutant(
@@ -158,10 +159,11 @@ MUTANTS = (
         "test_saturation.py::test_value_and_slope",
     ),
     # controller
+    Mutant("cosine half a turn off", "elementary.py", "return -_alternate(half)", "return _alternate(half)", SINE),
+    Mutant("a part of π/2 missing", "elementary.py", "6.123233932053594e-17, ", "", SINE),
+    Mutant("a term of the sine missing", "elementary.py", "        2.7314368769379893e-15,\n", "", SINE),
     Mutant("sign of the Nussbaum gain", "nussbaum.py", "return jnp.exp(chi * chi) *", "return -jnp.exp(chi * chi) *", NUSSBAUM),
-    Mutant(
-        "sine for cosine in the Nussbaum gain", "nussbaum.py", "chi * chi * jnp.cos(chi)", "chi * chi * jnp.sin(chi)", NUSSBAUM
-    ),
+    Mutant("sine for cosine in the Nussbaum gain", "nussbaum.py", "chi * chi * cos(chi)", "chi * chi * jnp.sin(chi)", NUSSBAUM),
     Mutant("sign of Levant's first gain", "differentiator.py", "z1 - 1.5 *", "z1 + 1.5 *", DERIVATIVE),
     Mutant("sign of Levant's second gain", "differentiator.py", "-1.1 * bound", "1.1 * bound", DERIVATIVE),
     Mutant("sign of K₃", ADAPTIVE, "- z3 * gains.k3", "+ z3 * gains.k3", IDENTITY),
