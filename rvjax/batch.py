@@ -1,31 +1,41 @@
 """Many samples at once: the only module that knows of jit, vmap, devices and chunks.
 
-A chunk is a fixed number of lanes, one sample each. One compiled program flies every chunk, several threads fly chunks beside
-each other; what a chunk gives depends on its own numbers only. The compiled functions advance a chunk from one step number to
-another, so a flight, its envelope and its replay run the very same code.
+A chunk is a fixed number of lanes, one sample each, flown on one device. One compiled program flies every chunk, several threads
+fly chunks beside each other; what a chunk gives depends on its own numbers only. The compiled functions advance a chunk from one
+step number to another, so a flight, its envelope and its replay run the very same code.
+
+A CPU is one device to XLA, and its cores fly chunks of their own by a thread each: as fast as one XLA device a core, which would
+compile everything once a core (docs/performance.md).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from functools import partial
 from threading import Event, Lock
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax import closed_loop, flight
+from rvjax import closed_loop, flight, process
 from rvjax.closed_loop import Drawn, Loop
-from rvjax.flight import Carry, Glance
+from rvjax.flight import Glance
 from rvjax.metrics.interface import Metric
 from rvjax.state import Step
 
-LANES = 256
-"""Samples of one chunk. A constant, because the last bits of a result may depend on it."""
+LANES = 272
+"""Samples of one chunk. A constant, because the last bits of a result may depend on it.
+
+Whole vector registers, and arrays whose length is no power of two: those would all begin in the same few sets of the L1 cache.
+More lanes fly up to 10 % faster but leave cores idle at the end of a run; docs/performance.md.
+"""
+
+
+Device = Any
+"""A device of JAX."""
 
 
 class Flown(NamedTuple):
@@ -40,67 +50,101 @@ class Flown(NamedTuple):
     steps: list[Step]
 
 
+class Programs(NamedTuple):
+    """The compiled functions of one device, for chunks of one number of lanes."""
+
+    begin: Callable[..., Any]
+    advance: Callable[..., Any]
+    glance: Callable[..., Any]
+    finish: Callable[..., Any]
+
+
 class Flyer:
-    """Flies chunks of one structure. Compiles once, whatever the numbers are; may be used by several threads at a time."""
+    """Flies chunks of one structure and one number of lanes. Compiles once a device, whatever the numbers are; may be used by
+    several threads at a time."""
 
     def __init__(self, loop: Loop, metrics: tuple[Metric, ...]) -> None:
         evaluate = jax.jit(partial(closed_loop.evaluate, loop))  # traced once for the four stages of a step
-        observe = jax.vmap(partial(flight.observe, evaluate), in_axes=(0, 0, None))
 
-        def compiled(function: Callable[..., Any], *axes: int | None, donate: tuple[int, ...] = ()) -> Callable[..., Any]:
+        def compiled(function: Callable[..., Any], *axes: int | None, donate: tuple[int, ...] = ()) -> Any:
             return jax.jit(jax.vmap(function, in_axes=axes), donate_argnums=donate)
-
-        def trace(numbers: Drawn, carry: Carry, k: int, chosen: NDArray[np.int64]) -> Step:
-            return jax.tree.map(lambda x: x[chosen], observe(numbers, carry, k))
 
         self._begin = compiled(partial(flight.begin, loop, metrics), 0)
         self._advance = compiled(partial(flight.advance, evaluate, metrics), 0, 0, None, None, donate=(1,))
         self._glance = compiled(partial(flight.glance, evaluate), 0, 0, None)
-        self._trace = jax.jit(trace)
         self._finish = compiled(partial(flight.finish, evaluate, metrics), 0, 0, None)
-        self._first = Lock()
-        self._warm = False
+        self._observe = compiled(partial(flight.observe, evaluate), 0, 0, None)
+        self._programs: dict[Device, Programs] = {}
+        self._compiling = Lock()
         self._stopped = Event()
 
-    def fly(self, drawn: Drawn, steps: int, every: int, glance: bool = False, trace: Sequence[int] = ()) -> Flown:
+    def fly(
+        self,
+        drawn: Drawn,
+        steps: int,
+        every: int,
+        glance: bool = False,
+        trace: Sequence[int] = (),
+        device: Device | None = None,
+    ) -> Flown:
         """Flies a chunk to its end.
 
-        drawn: host numbers, each of shape (LANES,). every: steps between two observed instants, the last step always among them.
-        glance: keep glances. trace: positions of the samples of which every observed step is kept.
+        drawn: host numbers, each of shape (lanes,). every: steps between two observed instants, the last step always among them.
+        glance: keep glances. trace: positions of the samples of which every observed step is kept. device: the first by default.
         Raises CancelledError after `stop`.
         """
-        numbers = jax.tree.map(jnp.asarray, drawn)
-        self._compile(numbers)
-        carry = self._begin(numbers)
+        device = device or devices()[0]
+        numbers = jax.device_put(jax.tree.map(partial(np.asarray, dtype=_dtype()), drawn), device)
+        programs = self._compiled(device, numbers)
+        carry = programs.begin(numbers)
         glances: list[Glance] = []
         kept: list[Step] = []
         chosen = np.asarray(trace, dtype=np.int64)
 
         def observe(k: int) -> None:
             if glance:
-                glances.append(self._glance(numbers, carry, k))
+                glances.append(programs.glance(numbers, carry, k))
             if len(chosen):
-                kept.append(self._trace(numbers, carry, k, chosen))
+                kept.append(jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], self._observe(numbers, carry, k)))
 
         for first in range(0, steps, every):
             if self._stopped.is_set():
                 raise CancelledError
             observe(first)
-            carry = self._advance(numbers, carry, first, min(first + every, steps))
+            carry = programs.advance(numbers, carry, first, min(first + every, steps))
         observe(steps)
-        values, lost = self._finish(numbers, carry, steps)
+        values, lost = programs.finish(numbers, carry, steps)
         host = partial(np.asarray, dtype=np.float64)
-        return Flown(*(jax.tree.map(host, part) for part in (values, lost, glances, kept)))
+        return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, glances), kept)
 
     def stop(self) -> None:
         """Ends every flight of this flyer soon, in whatever thread it is."""
         self._stopped.set()
 
-    def _compile(self, numbers: Drawn) -> None:
-        """Compiles by a flight of no steps; other threads wait, so that nothing is compiled twice."""
-        with self._first:
-            if not self._warm:
-                carry = self._advance(numbers, self._begin(numbers), 0, 0)
-                self._glance(numbers, carry, 0)
-                self._finish(numbers, carry, 0)
-                self._warm = True
+    def _compiled(self, device: Device, numbers: Drawn) -> Programs:
+        """The programs of a device; other threads wait, so that nothing is compiled twice. Compiling, which uses other threads
+        than tracing, goes on beside the tracing of the next program."""
+        with self._compiling:
+            if device not in self._programs:
+                carry = jax.eval_shape(self._begin, numbers)
+                with ThreadPoolExecutor(len(Programs._fields)) as threads:
+                    advance = threads.submit(self._advance.lower(numbers, carry, 0, 0).compile)
+                    begin = threads.submit(self._begin.lower(numbers).compile)
+                    glance = threads.submit(self._glance.lower(numbers, carry, 0).compile)
+                    finish = threads.submit(self._finish.lower(numbers, carry, 0).compile)
+                self._programs[device] = Programs(begin.result(), advance.result(), glance.result(), finish.result())
+            return self._programs[device]
+
+
+def devices() -> list[Device]:
+    """The devices that chunks fly on."""
+    return jax.local_devices()
+
+
+def streams() -> int:
+    """How many chunks to fly beside each other: one a core, or two a device, so that the host's work hides behind flying."""
+    return process.cores() if devices()[0].platform == "cpu" else 2 * len(devices())
+
+
+def _dtype() -> Any:
+    return np.float64 if jax.config.read("jax_enable_x64") else np.float32

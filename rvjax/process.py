@@ -1,9 +1,12 @@
 """The one place where this process is configured for flying: before JAX starts its backend, or not at all.
 
-Settings (part of a run's identity):
+Settings (part of a run's identity, but for the cache):
     precision      float64 or float32 for everything that flies
     compile cache  programs compiled before are read from a private folder of the user; changes no bits
-    XLA_FLAGS      multi-output fusion, without which XLA's CPU fusion copies shared terms of the equations over and over
+    XLA_FLAGS      `SETTINGS`: what makes XLA's code for a CPU fast, measured in docs/performance.md
+
+A setting that the user has made in XLA_FLAGS stays as it is. One that this version of XLA does not know is left out, with a
+warning.
 """
 
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
@@ -15,6 +18,12 @@ import contextlib
 import os
 import platform
 import stat
+import subprocess
+import sys
+import warnings
+from collections.abc import Sequence
+from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Literal
 
@@ -24,7 +33,28 @@ from rvjax.errors import UsageError
 
 Precision = Literal["float64", "float32"]
 
-XLA_FLAGS = ("--xla_backend_extra_options=xla_cpu_use_multi_output_fusion=true",)
+EXTRA = "xla_backend_extra_options"
+"""The XLA flag that is a list of further options, `key=value,key=value`; an unknown key is ignored."""
+
+SETTINGS: tuple[tuple[str, str], ...] = (
+    (EXTRA, "xla_cpu_use_multi_output_fusion=true"),  # else XLA copies shared terms of the equations over and over
+    ("xla_cpu_prefer_vector_width", "512"),  # registers of 512 bits where the processor has them
+)
+"""XLA flags that campaigns fly with."""
+
+_PROBE = """
+try:
+    from jaxlib import xla_client
+    xla_client.CompileOptions()
+except Exception:
+    import jax
+    jax.devices("cpu")
+"""
+"""Makes XLA read its flags: 0.1 s, where JAX as a whole takes 0.7 s. XLA ends the process at a flag that it does not know."""
+
+
+class SettingsWarning(UserWarning):
+    """A setting that flights are faster with cannot be made here."""
 
 
 def cores() -> int:
@@ -36,24 +66,64 @@ def configure(precision: Precision = "float64") -> None:
     """Configures JAX for flying, without starting it. Call it before anything in the process uses JAX; the precision can be
     changed later, the compiler settings cannot.
 
-    Errors: UsageError if JAX runs already, without the compiler settings.
+    Errors: UsageError if JAX runs already with other compiler settings, or if XLA_FLAGS holds what XLA does not know.
+    Warnings: SettingsWarning for a setting that this version of XLA refuses.
     """
-    flags = os.environ.get("XLA_FLAGS", "").split()
-    lacking = [flag for flag in XLA_FLAGS if flag not in flags]
+    given = os.environ.get("XLA_FLAGS", "")
+    settled = _settled(given)
     import jax
 
-    if lacking and _running():
-        raise UsageError(
-            "JAX is already running, without the compiler settings that campaigns fly with; "
-            "call rvjax.configure() before anything uses JAX, or use a new process"
-        )
-    os.environ["XLA_FLAGS"] = " ".join(flags + lacking)
+    if settled != given:
+        if _running():
+            raise UsageError(
+                f"JAX is already running with XLA_FLAGS={given!r}, campaigns fly with {settled!r}; "
+                "call rvjax.configure() before anything uses JAX, or use a new process"
+            )
+        os.environ["XLA_FLAGS"] = settled
     jax.config.update("jax_enable_x64", precision == "float64")
     cache = _private_cache()
     if cache is not None:
         jax.config.update("jax_compilation_cache_dir", str(cache))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.5)
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
+
+
+@cache
+def _settled(given: str) -> str:
+    """XLA_FLAGS with every one of our settings that the user has not made and that XLA knows."""
+    if given.strip() and not given.lstrip().startswith("--"):
+        warnings.warn(f"XLA_FLAGS={given!r} names a file of flags, which is left as it is", SettingsWarning, stacklevel=3)
+        return given
+    if (wanted := with_settings(given, SETTINGS)) == given or _known(wanted):
+        return wanted
+    if not _known(given):
+        raise UsageError(
+            f"XLA_FLAGS={given!r}: XLA of jaxlib {version('jaxlib')} does not know one of these; accepted: its own flags"
+        )
+    kept = tuple(one for one in SETTINGS if _known(with_settings(given, (one,))))
+    refused = ", ".join(name for name, _ in SETTINGS if name not in dict(kept))
+    message = f"XLA of jaxlib {version('jaxlib')} does not know {refused}: flights may be slower, their last digits other ones"
+    warnings.warn(message, SettingsWarning, stacklevel=3)
+    return with_settings(given, kept)
+
+
+def with_settings(flags: str, settings: Sequence[tuple[str, str]]) -> str:
+    """Flags of XLA with some more (name, value); what is set already stays as it is."""
+    parts = flags.split()
+    for name, value in settings:
+        start = f"--{name}="
+        position = next((index for index, part in enumerate(parts) if part.startswith(start)), None)
+        if position is None:
+            parts.append(start + value)
+        elif name == EXTRA and value.partition("=")[0] not in parts[position]:
+            parts[position] += f",{value}"
+    return " ".join(parts)
+
+
+def _known(flags: str) -> bool:
+    """Whether XLA reads these flags without ending the process."""
+    environment = {**os.environ, "XLA_FLAGS": flags}
+    return subprocess.run([sys.executable, "-c", _PROBE], env=environment, capture_output=True, check=False).returncode == 0
 
 
 def _running() -> bool:

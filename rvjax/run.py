@@ -18,16 +18,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax import process, report, tables
-from rvjax.batch import LANES, Flown, Flyer
+from rvjax import process, tables
+from rvjax.batch import LANES, Flown, Flyer, devices, streams
 from rvjax.campaign import Problem, load
 from rvjax.draw import Draws
 from rvjax.identity import identity, provenance, short
 from rvjax.replay import trace
 from rvjax.results import RunFolder
 from rvjax.results.manifest import NAME as MANIFEST
-from rvjax.sections.opened import open_run
-from rvjax.sections.worst import worst_first
 
 ENVELOPE_CHUNKS = 8
 """Envelopes over time are kept of the first so many chunks, whose samples are drawn like all others."""
@@ -72,23 +70,26 @@ def run(
         fly(problem, flyer, folder, progress or (lambda done, total: None))
         folder.flush()
         keep_worst(problem, flyer, folder)
+    from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
+
     report.build(place)
     return place
 
 
 def fly(problem: Problem, flyer: Flyer, folder: RunFolder, progress: Progress) -> None:
-    """Flies the chunks that the folder lacks, one thread a core, and commits each as it comes; memory holds a few at a time."""
+    """Flies the chunks that the folder lacks, several beside each other, and commits each as it comes: drawing and writing go on
+    beside flying, memory holds a few chunks at a time."""
     samples = problem.spec.samples
     missing = folder.missing(math.ceil(samples / LANES))
     if not missing:
         return
     done = samples - sum(_count(problem, chunk) for chunk in missing)
     progress(done, samples)
-    with ThreadPoolExecutor(process.cores()) as threads:
+    with ThreadPoolExecutor(streams()) as threads:
         todo, flying = deque(missing), deque[Future[_Chunk]]()
         try:
             while todo or flying:
-                while todo and len(flying) < 2 * process.cores():
+                while todo and len(flying) < 2 * streams():
                     flying.append(threads.submit(_fly_chunk, problem, flyer, todo.popleft()))
                 done += _commit(problem, folder, flying.popleft().result())
                 progress(done, samples)
@@ -103,6 +104,9 @@ def fly(problem: Problem, flyer: Flyer, folder: RunFolder, progress: Progress) -
 
 def keep_worst(problem: Problem, flyer: Flyer, folder: RunFolder) -> None:
     """Flies the worst samples again, thinned, and keeps their traces."""
+    from rvjax.sections.opened import open_run
+    from rvjax.sections.worst import worst_first
+
     run = open_run(folder.path)
     worst = [int(run.frame["sample"].iloc[row]) for row in worst_first(run)[:WORST]]
     every = math.ceil(problem.spec.horizon.steps / TRACE_ROWS)
@@ -122,7 +126,10 @@ class _Chunk(NamedTuple):
 def _fly_chunk(problem: Problem, flyer: Flyer, chunk: int) -> _Chunk:
     """Draws and flies one chunk."""
     draws, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES, dtype=np.int64))
-    flown = flyer.fly(drawn, problem.spec.horizon.steps, _every(problem), glance=chunk < ENVELOPE_CHUNKS)
+    places = devices()
+    flown = flyer.fly(
+        drawn, problem.spec.horizon.steps, _every(problem), glance=chunk < ENVELOPE_CHUNKS, device=places[chunk % len(places)]
+    )
     return _Chunk(chunk, draws, flown)
 
 

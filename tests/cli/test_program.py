@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from rvjax.batch import LANES
 from rvjax.cli import main
 from tests.short import CAMPAIGN, SHORT
 from tests.spec.corpus import bad_files
@@ -192,7 +193,7 @@ def test_schema_describes_every_component(rvjax: Run) -> None:
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on(tmp_path: Path, number: int, code: int) -> None:
     """Kills: chunks lost at Ctrl-C, a traceback, a process that hangs in a thread."""
-    command = [sys.executable, "-m", "rvjax", "run", CAMPAIGN, "--out", tmp_path / "run", *SETS, "--set", "samples=4000"]
+    command = [sys.executable, "-m", "rvjax", "run", CAMPAIGN, "--out", tmp_path / "run", *SETS, "--set", "samples=40000"]
     running = subprocess.Popen(
         [*map(str, command)],
         stderr=subprocess.PIPE,
@@ -207,7 +208,7 @@ def test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on(tmp_path: Path, nu
     lines: list[str] = []
     for line in running.stderr:
         lines.append(line)
-        if line.startswith("256/"):
+        if line.startswith(f"{LANES}/"):
             break
     running.send_signal(number)
     started = time.monotonic()
