@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -35,7 +36,10 @@ def examine(folder: Path | None = None) -> Health:
             facts[name] = version(name)
         except PackageNotFoundError:
             complaints.append(f"{name} is not installed; install rvjax with pip, which brings it")
-    process.configure()
+    with warnings.catch_warnings(record=True) as refused:
+        warnings.simplefilter("always", process.SettingsWarning)
+        process.configure()
+    complaints += [str(warning.message) for warning in refused if issubclass(warning.category, process.SettingsWarning)]
     facts |= process.settings()
     facts["devices"] = process.devices()
     facts["terminal"] = "yes" if sys.stdout.isatty() else "no"

@@ -127,14 +127,15 @@ def _known(flags: str) -> bool:
 
 
 def _running() -> bool:
-    """Whether JAX's backend has started: from then on its number of devices cannot be set, not even to what it is."""
+    """Whether JAX's backend has started: from then on another number of devices is refused. It is set back at once."""
     import jax
 
+    now = jax.config.jax_num_cpu_devices  # pyright: ignore[reportAttributeAccessIssue]
     try:
-        now = jax.config.jax_num_cpu_devices  # pyright: ignore[reportAttributeAccessIssue]
-        jax.config.update("jax_num_cpu_devices", now)
+        jax.config.update("jax_num_cpu_devices", now + 1 if now > 0 else 2)
     except RuntimeError:
         return True
+    jax.config.update("jax_num_cpu_devices", now)
     return False
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import traceback
+import warnings
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -42,6 +43,7 @@ class Terminated(BaseException):
 def main() -> NoReturn:
     """Runs the program and exits with its code; a user's mistake ends in a message, never in a traceback."""
     signal.signal(signal.SIGTERM, _terminate)
+    warnings.showwarning = _warn
     try:
         code = app(standalone_mode=False)
     except RvjaxError as error:
@@ -59,6 +61,12 @@ def main() -> NoReturn:
 
 def _terminate(number: int, frame: Any) -> NoReturn:
     raise Terminated
+
+
+def _warn(message: Warning | str, *where: Any) -> None:
+    """A warning as one line, without the place in our code that it comes from."""
+    del where
+    print(f"rvjax: {message}", file=sys.stderr)
 
 
 def _report(error: RvjaxError) -> int:

@@ -1,0 +1,71 @@
+"""Nothing is compiled twice: compilations are counted, not timed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from rvjax.batch import LANES, Flyer
+from rvjax.campaign import load
+from rvjax.draw import Draws
+from rvjax.run import run
+from tests.short import CAMPAIGN, SHORT
+
+BUILT = "/jax/core/compile/backend_compile_duration"
+"""Recorded for each program that is compiled or read from the cache."""
+
+HIT, MISSED = "/jax/compilation_cache/cache_hits", "/jax/compilation_cache/cache_misses"
+
+OTHER = ("seed=7", "samples=300", "controller.gains.k1=0.07", "pursuer.mass_kg={uniform: [90, 95]}", "horizon.duration_s=19")
+"""Another seed, number of samples, gain, range and duration."""
+
+Count = Callable[[], Counter[str]]
+
+_events: Counter[str] = Counter()
+
+
+def _record(event: str, duration: float = 0.0, **more: object) -> None:
+    del duration, more
+    _events[event] += 1
+
+
+@pytest.fixture(scope="module")
+def count() -> Count:
+    """What JAX has recorded since the last call. Listeners cannot be taken back: they stay until the tests end."""
+    jax.monitoring.register_event_listener(_record)
+    jax.monitoring.register_event_duration_secs_listener(_record)
+
+    def taken() -> Counter[str]:
+        found = Counter(_events)
+        _events.clear()
+        return found
+
+    return taken
+
+
+def test_one_flyer_compiles_once(count: Count) -> None:
+    """Kills: a number that is a constant of the program, a shape or a type that differs from chunk to chunk."""
+    first = load(CAMPAIGN, SHORT)
+    flyer = Flyer(first.loop, first.metrics)
+    count()
+    for place, (problem, chunk) in enumerate(((first, 0), (first, 3), (load(CAMPAIGN, [*SHORT, *OTHER]), 1))):
+        _, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES))
+        flyer.fly(drawn, 10 + place, every=5, glance=True, trace=range(place + 1))
+        assert count()[BUILT] == (5 if place == 0 else 0), place
+
+
+def test_another_run_of_the_same_structure_finds_its_programs(count: Count, tmp_path: Path) -> None:
+    """Kills: a seed, a range, a gain, a duration or a number of samples that makes another program. The cache is the user's own:
+    what the first run compiles, the second finds."""
+    run(CAMPAIGN, tmp_path / "first", SHORT)
+    count()
+    run(CAMPAIGN, tmp_path / "second", [*SHORT, *OTHER])
+    found = count()
+    assert (found[BUILT], found[HIT], found[MISSED]) == (5, 5, 0)
+    run(CAMPAIGN, tmp_path / "third", [*SHORT, "controller.nussbaum=none"])
+    assert count()[BUILT] == 5

@@ -1,0 +1,106 @@
+"""How the process is configured: in a process of its own, because it can be done once."""
+
+from __future__ import annotations
+
+import os
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rvjax.process import EXTRA, SETTINGS, with_settings
+from rvjax.results import RunFolder
+from tests.short import CAMPAIGN, SHORT
+
+CONFIGURED = "from rvjax import process; process.configure(); import os; print(os.environ['XLA_FLAGS'])"
+
+
+def python(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Runs some code with XLA_FLAGS unset but for what is given."""
+    clean = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"}
+    done = [sys.executable, "-c", code]
+    return subprocess.run(done, env=clean | environment, capture_output=True, text=True, check=False)
+
+
+def test_settings_are_made() -> None:
+    """Kills: a setting that is lost."""
+    assert python(CONFIGURED).stdout.strip() == with_settings("", SETTINGS)
+
+
+def test_what_the_user_has_set_stays() -> None:
+    """Kills: a setting of ours that replaces the user's or stands beside it."""
+    own = f"--xla_cpu_prefer_vector_width=256 --{EXTRA}=xla_cpu_use_multi_output_fusion=false"
+    done = python(CONFIGURED, XLA_FLAGS=own)
+    assert (done.stdout.strip(), done.stderr) == (own, "")
+    more = with_settings(f"--{EXTRA}=one=1", SETTINGS).split()
+    assert more[0] == f"--{EXTRA}=one=1,xla_cpu_use_multi_output_fusion=true"
+    assert len(more) == 2
+
+
+def test_a_setting_that_xla_does_not_know_is_left_out_with_a_warning() -> None:
+    """Kills: a crash of XLA at an unknown flag; known settings that go with it; a warning for each call."""
+    unknown = "from rvjax import process; process.SETTINGS = (('xla_no_such_flag', '1'), *process.SETTINGS);"
+    done = python(unknown + CONFIGURED + "; process.configure('float32'); import jax; print(jax.devices()[0].platform)")
+    assert done.returncode == 0
+    assert done.stdout.splitlines() == [with_settings("", SETTINGS), "cpu"]
+    assert "does not know xla_no_such_flag" in done.stderr
+    doctor = "from rvjax.cli import main; import sys; sys.argv = ['rvjax', 'doctor']; main()"
+    health = python(unknown + doctor)
+    assert health.returncode == 2
+    assert "does not know xla_no_such_flag: flights may be slower" in health.stdout + health.stderr
+    assert "SettingsWarning" not in health.stderr
+
+
+def test_flags_of_the_user_that_xla_does_not_know_are_named() -> None:
+    """Kills: a crash of XLA, a traceback of ours."""
+    done = python(
+        "from rvjax.cli import main; import sys; sys.argv = ['rvjax', 'doctor']; main()", XLA_FLAGS="--xla_no_such_flag=1"
+    )
+    assert done.returncode == 2
+    assert "--xla_no_such_flag=1" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_flags_in_a_file_stay_there(tmp_path: Path) -> None:
+    """XLA_FLAGS may name a file of flags, to which nothing can be added."""
+    (tmp_path / "flags").write_text("--xla_cpu_prefer_vector_width=256")
+    done = python(CONFIGURED, XLA_FLAGS=str(tmp_path / "flags"))
+    assert done.stdout.strip() == str(tmp_path / "flags")
+    assert "names a file" in done.stderr
+
+
+def test_jax_that_runs_with_other_settings_is_an_error() -> None:
+    """Kills: settings that come too late and are believed to act."""
+    done = python("import jax; jax.devices(); from rvjax import process; process.configure()")
+    assert "UsageError: JAX is already running with XLA_FLAGS=''" in done.stderr
+    again = python(CONFIGURED + "; import jax; jax.devices(); process.configure('float32'); process.configure()")
+    assert (again.returncode, again.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(("mode", "used"), [(0o700, True), (0o750, False), (0o707, False)])
+def test_the_compile_cache_is_private(mode: int, used: bool, tmp_path: Path) -> None:
+    """What lies in the cache is executed. Kills: a folder that others can read or write; one made with the usual mode."""
+    folder = tmp_path / "rvjax" / "compiled"
+    look = "from rvjax import process; process.configure(); import jax; print(jax.config.jax_compilation_cache_dir)"
+    assert python(look, XDG_CACHE_HOME=str(tmp_path)).stdout.strip() == str(folder)
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    folder.chmod(mode)
+    assert python(look, XDG_CACHE_HOME=str(tmp_path)).stdout.strip() == (str(folder) if used else "None")
+
+
+def test_outcomes_do_not_depend_on_the_settings(flown: Path, tmp_path: Path) -> None:
+    """The same campaign without any of them: the same outcomes and, to the last digits, the same metrics."""
+    off = f"--xla_cpu_prefer_vector_width=256 --{EXTRA}=xla_cpu_use_multi_output_fusion=false"
+    sets = [part for one in SHORT for part in ("--set", one)]
+    words = ["rvjax", "run", str(CAMPAIGN), "--out", str(tmp_path / "run"), "--quiet", *sets]
+    done = python(f"from rvjax.cli import main; import sys; sys.argv = {words!r}; main()", XLA_FLAGS=off)
+    assert done.returncode == 3, done.stderr
+    plain, ours = (RunFolder.open(folder).samples().frame for folder in (tmp_path / "run", flown))
+    assert plain["outcome"].tolist() == ours["outcome"].tolist()
+    draws = [name for name in ours if name.startswith("draw.")]
+    assert plain[draws].equals(ours[draws])
+    for name in ("metric.delta_v_m_s", "metric.final_position_error_m", "metric.closest_approach_m"):
+        np.testing.assert_allclose(plain[name], ours[name], rtol=1e-5, err_msg=name)
