@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -31,11 +31,22 @@ ENVELOPE_CHUNKS = 8
 """Envelopes over time are kept of the first so many chunks, whose samples are drawn like all others."""
 
 ENVELOPE_INSTANTS = 120
+STRETCH = 50
+"""Fewest steps between two looks at whether the run is to stop."""
+
 TRACE_ROWS = 600
 WORST = 10
 
 Progress = Callable[[int, int], None]
 """Called with the samples flown so far, and all samples requested."""
+
+
+class Chunk(NamedTuple):
+    """A chunk by its number: what was drawn for its lanes, and what came of it."""
+
+    chunk: int
+    draws: Draws
+    flown: Flown
 
 
 def run(
@@ -67,7 +78,7 @@ def run(
         opened(place)
     with folder:
         flyer = Flyer(problem.loop, problem.metrics)
-        fly(problem, flyer, folder, progress or (lambda done, total: None))
+        _fly_missing(problem, flyer, folder, progress or (lambda done, total: None))
         folder.flush()
         keep_worst(problem, flyer, folder)
     from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
@@ -76,30 +87,40 @@ def run(
     return place
 
 
-def fly(problem: Problem, flyer: Flyer, folder: RunFolder, progress: Progress) -> None:
-    """Flies the chunks that the folder lacks, several beside each other, and commits each as it comes: drawing and writing go on
-    beside flying, memory holds a few chunks at a time."""
+def fly(problem: Problem, flyer: Flyer, chunks: Iterable[int], take: Callable[[Chunk], None]) -> None:
+    """Draws and flies chunks, several beside each other, and hands them over in their order. What `take` does goes on beside
+    flying; memory holds a few chunks at a time. Where it is interrupted, what has been flown is still handed over."""
+    with ThreadPoolExecutor(streams()) as threads:
+        todo, flying = deque(chunks), deque[Future[Chunk]]()
+        try:
+            while todo or flying:
+                while todo and len(flying) < 2 * streams():
+                    flying.append(threads.submit(_fly_chunk, problem, flyer, todo.popleft()))
+                take(flying.popleft().result())
+        except BaseException:
+            flyer.stop()
+            threads.shutdown(wait=True, cancel_futures=True)
+            for future in flying:
+                if not future.cancelled() and future.exception() is None:
+                    take(future.result())
+            raise
+
+
+def _fly_missing(problem: Problem, flyer: Flyer, folder: RunFolder, progress: Progress) -> None:
+    """Flies the chunks that the folder lacks and commits each as it comes."""
     samples = problem.spec.samples
     missing = folder.missing(math.ceil(samples / LANES))
     if not missing:
         return
     done = samples - sum(_count(problem, chunk) for chunk in missing)
     progress(done, samples)
-    with ThreadPoolExecutor(streams()) as threads:
-        todo, flying = deque(missing), deque[Future[_Chunk]]()
-        try:
-            while todo or flying:
-                while todo and len(flying) < 2 * streams():
-                    flying.append(threads.submit(_fly_chunk, problem, flyer, todo.popleft()))
-                done += _commit(problem, folder, flying.popleft().result())
-                progress(done, samples)
-        except BaseException:
-            flyer.stop()
-            threads.shutdown(wait=True, cancel_futures=True)
-            for future in flying:
-                if not future.cancelled() and future.exception() is None:
-                    _commit(problem, folder, future.result())
-            raise
+
+    def keep(flown: Chunk) -> None:
+        nonlocal done
+        done += _commit(problem, folder, flown)
+        progress(done, samples)
+
+    fly(problem, flyer, missing, keep)
 
 
 def keep_worst(problem: Problem, flyer: Flyer, folder: RunFolder) -> None:
@@ -117,23 +138,16 @@ def keep_worst(problem: Problem, flyer: Flyer, folder: RunFolder) -> None:
             folder.write_trace(sample, frame, columns)
 
 
-class _Chunk(NamedTuple):
-    chunk: int
-    draws: Draws
-    flown: Flown
-
-
-def _fly_chunk(problem: Problem, flyer: Flyer, chunk: int) -> _Chunk:
+def _fly_chunk(problem: Problem, flyer: Flyer, chunk: int) -> Chunk:
     """Draws and flies one chunk."""
     draws, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES, dtype=np.int64))
-    places = devices()
-    flown = flyer.fly(
-        drawn, problem.spec.horizon.steps, _every(problem), glance=chunk < ENVELOPE_CHUNKS, device=places[chunk % len(places)]
-    )
-    return _Chunk(chunk, draws, flown)
+    glance, places = chunk < ENVELOPE_CHUNKS, devices()
+    every = _every(problem) if glance else max(_every(problem), STRETCH)
+    flown = flyer.fly(drawn, problem.spec.horizon.steps, every, glance, device=places[chunk % len(places)])
+    return Chunk(chunk, draws, flown)
 
 
-def _commit(problem: Problem, folder: RunFolder, flown: _Chunk) -> int:
+def _commit(problem: Problem, folder: RunFolder, flown: Chunk) -> int:
     """Writes a chunk and returns how many samples it holds. Lanes behind the last sample are dropped."""
     rows = slice(0, _count(problem, flown.chunk))
     if flown.chunk < ENVELOPE_CHUNKS:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rvjax.cli import about, flying
+from rvjax.cli import about, flying, measuring
 from rvjax.cli.app import main
 
-__all__ = ["about", "flying", "main"]
+__all__ = ["about", "flying", "main", "measuring"]

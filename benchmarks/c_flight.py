@@ -1,0 +1,52 @@
+"""Compiling the C code of a step (`benchmarks.c_code`) with gcc, and flying it."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import c_code
+from rvjax.bench.case import Case, UnavailableError
+from rvjax.flight import Carry
+
+
+def flight(case: Case, lanes: int | None, flags: tuple[str, ...]) -> Callable[[], Carry]:
+    """A function that flies the case in C. lanes: samples side by side, None: one after the other.
+
+    -ffast-math lets gcc assume that no number is infinite or NaN, so samples that are lost may come out as anything.
+    """
+    compiler = shutil.which("gcc")
+    if compiler is None:
+        raise UnavailableError("there is no gcc")
+    sample = jax.tree.map(lambda x: x[0], (case.drawn, case.carry))
+    step = jax.make_jaxpr(case.step)(*sample, 0)
+    drawn, start = (np.stack(jax.tree.leaves(tree)) for tree in (case.drawn, case.carry))
+    source = (
+        c_code.scalar(step, len(drawn), case.precision) if lanes is None else c_code.simd(step, len(drawn), case.precision, lanes)
+    )
+    with tempfile.TemporaryDirectory() as place:
+        (Path(place) / "flight.c").write_text(source)
+        command = [compiler, *flags, "-fopenmp", "-shared", "-fPIC", "-o", "flight.so", "flight.c", "-lm"]
+        done = subprocess.run(command, cwd=place, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise UnavailableError(f"gcc failed: {done.stderr[:300]}")
+        library = ctypes.CDLL(str(Path(place) / "flight.so"))
+
+    def fly() -> Carry:
+        carry = start.copy()
+        library.fly(*map(ctypes.c_long, (case.samples, 0, case.steps)), _address(drawn), _address(carry))
+        return jax.tree.unflatten(jax.tree.structure(case.carry), list(carry))
+
+    return fly
+
+
+def _address(array: NDArray[np.floating]) -> ctypes.c_void_p:
+    return array.ctypes.data_as(ctypes.c_void_p)

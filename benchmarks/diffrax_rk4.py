@@ -1,0 +1,51 @@
+"""diffrax: `diffeqsolve` with the classical Runge–Kutta method at a fixed step, vmapped.
+
+It flies without metrics, in its favour.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar
+
+import jax
+import numpy as np
+
+from rvjax import closed_loop
+from rvjax.bench.case import Case, UnavailableError
+from rvjax.closed_loop import Drawn
+from rvjax.flight import Carry
+from rvjax.state import State
+
+
+def prepare(case: Case) -> Callable[[], Carry]:
+    """A function that flies the case in one call; the attitude is switched to its shadow at the end, not between steps."""
+    try:
+        import diffrax
+    except ImportError as error:
+        raise UnavailableError("diffrax is not installed; pip install diffrax") from error
+
+    coefficients = diffrax.ButcherTableau(
+        c=np.array([0.5, 0.5, 1.0]),
+        b_sol=np.array([1.0, 2.0, 2.0, 1.0]) / 6.0,
+        b_error=np.zeros(4),
+        a_lower=(np.array([0.5]), np.array([0.0, 0.5]), np.array([0.0, 0.0, 1.0])),
+    )
+
+    class Classical(diffrax.AbstractERK):
+        tableau: ClassVar[diffrax.ButcherTableau] = coefficients
+        interpolation_cls: ClassVar[Callable[..., object]] = diffrax.ThirdOrderHermitePolynomialInterpolation.from_k
+
+        def order(self, terms: object) -> int:
+            del terms
+            return 4
+
+    def flight(drawn: Drawn, y: State) -> State:
+        step = drawn.rules.step_s
+        term = diffrax.ODETerm(lambda t, y, args: case.evaluate(drawn, t, y)[0])
+        end = case.steps * step
+        solved = diffrax.diffeqsolve(term, Classical(), 0.0, end, step, y, max_steps=case.steps + 1)
+        return closed_loop.between_steps(jax.tree.map(lambda series: series[-1], solved.ys))
+
+    compiled = jax.jit(jax.vmap(flight)).lower(case.drawn, case.carry.y).compile()
+    return lambda: case.carry._replace(y=jax.block_until_ready(compiled(case.drawn, case.carry.y)))

@@ -1,0 +1,14 @@
+"""Scalar C, gcc -O2, OpenMP over the samples: what a colleague writes in an afternoon."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from benchmarks.c_flight import flight
+from rvjax.bench.case import Case
+from rvjax.flight import Carry
+
+
+def prepare(case: Case) -> Callable[[], Carry]:
+    """A function that flies the case."""
+    return flight(case, lanes=None, flags=("-O2",))

@@ -1,0 +1,59 @@
+"""How time and memory grow with the number of samples: `python -m rvjax.bench.growth '{"samples": …}'`, a process for each.
+
+Samples are drawn, flown over a short horizon and dropped, through the same stream of chunks that a run writes from.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rvjax.campaign import Problem
+
+
+MIN_S = 3.0
+"""Few samples are flown again until this time has passed."""
+
+
+def main(spec: dict[str, Any]) -> None:
+    """spec: campaign, samples, steps, precision."""
+    from rvjax.process import configure
+
+    configure(spec["precision"])
+    from rvjax.batch import LANES, Flyer
+    from rvjax.bench.worker import forget_peak, peak_mb, say
+    from rvjax.campaign import load
+    from rvjax.run import Chunk, fly
+
+    problem = load(spec["campaign"])
+    horizon = shortened(problem, spec["steps"])
+    flyer = Flyer(problem.loop, problem.metrics)
+    seen = 0
+
+    def take(chunk: Chunk) -> None:
+        nonlocal seen
+        seen += len(chunk.flown.lost_s)
+
+    fly(horizon, flyer, range(8), take)  # compiles; envelopes are kept of the first eight chunks only
+    forget_peak()
+    chunks = range(8, 8 + math.ceil(spec["samples"] / LANES))
+    seen, started = 0, time.perf_counter()
+    while time.perf_counter() - started < MIN_S:
+        fly(horizon, flyer, chunks, take)
+    say(seconds=time.perf_counter() - started, samples=seen, steps=seen * spec["steps"], peak_memory_mb=peak_mb())
+
+
+def shortened(problem: Problem, steps: int) -> Problem:
+    """The problem with a flight of so many steps."""
+    spec = problem.spec
+    horizon = spec.horizon.model_copy(update={"duration_s": steps * spec.horizon.step_s})
+    return replace(problem, spec=spec.model_copy(update={"horizon": horizon}))
+
+
+if __name__ == "__main__":
+    main(json.loads(sys.argv[1]))

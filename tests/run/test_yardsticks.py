@@ -1,0 +1,103 @@
+"""The benchmark compares like with like: every yardstick flies the same samples to the same end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from benchmarks import YARDSTICKS
+from rvjax.batch import LANES
+from rvjax.bench import measurement, product
+from rvjax.bench.case import Case, UnavailableError, Values, case, own_folder, read, save, yardsticks
+from rvjax.errors import IncompleteError, UsageError
+from tests.short import CAMPAIGN
+
+FAST_MATH = ("simd_c",)
+STATE_ONLY = ("diffrax",)
+
+
+@pytest.fixture(scope="module")
+def smooth(tmp_path_factory: pytest.TempPathFactory) -> Case:
+    """Five seconds without the Levant differentiator, whose sign switches no two compilers repeat; faults at once."""
+    place = tmp_path_factory.mktemp("case")
+    text = CAMPAIGN.read_text().replace("{use: saturated-adaptive}", "{use: saturated-adaptive, derivative: none}")
+    file = place / "smooth.yaml"
+    file.write_text(text.replace("onset_s: {uniform: [30, 150]}", "onset_s: {uniform: [1, 4]}"))
+    return case(file, LANES, 100, "float64", place / "start.npz")
+
+
+@pytest.fixture(scope="module")
+def ours(smooth: Case) -> Values:
+    """What the product makes of it."""
+    return product.prepare(smooth)()
+
+
+@pytest.mark.parametrize("name", YARDSTICKS)
+def test_every_yardstick_flies_to_the_same_end(name: str, smooth: Case, ours: Values) -> None:
+    """All metrics to 1e-9. Kills: a primitive translated wrongly, a step too many, drawn numbers in another order."""
+    module = yardsticks(own_folder())[name]
+    try:
+        found = smooth.values(module.prepare(smooth)())
+    except UnavailableError as error:
+        pytest.skip(str(error))
+    assert found.keys() == ours.keys()
+    for metric, values in found.items():
+        if name in STATE_ONLY and not metric.startswith("final_"):
+            continue
+        tolerance = 1e-6 if name in FAST_MATH else 1e-9
+        np.testing.assert_allclose(values, ours[metric], rtol=tolerance, atol=1e-12, err_msg=metric)
+
+
+def test_numbers_come_back_as_they_went(smooth: Case, tmp_path: Path) -> None:
+    """Kills: leaves in another order."""
+    save(tmp_path / "x.npz", smooth.carry)
+    again = read(tmp_path / "x.npz", smooth.carry)
+    assert all(np.array_equal(a, b) for a, b in zip(jax.tree.leaves(again), jax.tree.leaves(smooth.carry), strict=True))
+
+
+def test_a_lost_sample_is_far_from_everything() -> None:
+    """Kills: NaN that counts as agreeing."""
+    assert measurement.apart(np.array([1.0, np.nan]), np.array([1.0, 2.0])) == float("inf")
+    assert measurement.apart(np.array([1.0, 2.5]), np.array([1.0, 2.0])) == 0.25
+
+
+def test_a_folder_without_yardsticks_is_a_mistake(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no yardsticks"):
+        yardsticks(tmp_path)
+    assert yardsticks(None) == {}
+
+
+def test_a_process_stands_ready_flies_and_hands_over(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """The protocol, with the product on one thread; and a process that ends early is named, not waited for."""
+    spec = {
+        "way": "rvjax_one_device",
+        "campaign": str(CAMPAIGN),
+        "samples": LANES,
+        "steps": 5,
+        "precision": "float64",
+        "start": str(tmp_path / "start.npz"),
+        "result": str(tmp_path / "result.npz"),
+        "yardsticks": str(own_folder()),
+    }
+    with measurement.Worker(spec) as worker:
+        assert worker.answer()["ready"] > 0.0
+        assert worker.fly() > 0.0
+        assert worker.end() > 100.0
+    flown = case(CAMPAIGN, LANES, 5, "float64", tmp_path / "start.npz")
+    names = {name: 0.0 for metric in flown.problem.metrics for name in metric.columns}
+    found, again = read(tmp_path / "result.npz", names), product.prepare(flown)()
+    assert all(np.array_equal(found[name], again[name]) for name in names)
+    with measurement.Worker(spec | {"way": "no-such-way"}) as broken, pytest.raises(IncompleteError, match="no-such-way"):
+        broken.answer()
+    assert "KeyError" in capfd.readouterr().err
+
+
+def test_growth_flies_what_it_says() -> None:
+    """Two chunks for 300 samples, again and again; kills a stream that drops chunks or counts pads twice."""
+    found = measurement.growth_of(CAMPAIGN, 300)
+    assert found["samples"] == 300
+    assert found["steps_per_s"] > 0.0
+    assert found["peak_memory_mb"] > 50.0
