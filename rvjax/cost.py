@@ -12,10 +12,10 @@ from rvjax.batch import LANES
 from rvjax.campaign import Problem
 from rvjax.draw import Draws
 
-STEPS_PER_S_PER_CORE = 5e5
-"""Assumed speed of float64 flights, a cautious one; `docs/verification.md` has a measurement."""
+STEPS_PER_S_PER_CORE = 1.2e6
+"""Assumed speed of float64 flights, a cautious one; `docs/performance.md` has a measurement."""
 
-START_S = 25.0
+START_S = 14.0
 """Assumed time to start, compile, trace the worst flights and write the report."""
 
 BYTES_BASE = 6e8

@@ -1,4 +1,4 @@
-"""The documented scenarios: 256 samples of each by default, all 2,048 with `--acceptance`."""
+"""The documented scenarios: one chunk of each by default, all 2,048 with `--acceptance`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def captured(overrides: tuple[str, ...], samples: int) -> int:
     for first in range(0, samples, LANES):
         _, drawn = Draws.of(problem, np.arange(first, first + LANES))
         flown = flyer.fly(drawn, problem.spec.horizon.steps, problem.spec.horizon.steps)
-        count += int((flown.values["captured"] * np.isinf(flown.lost_s)).sum())
+        count += int((flown.values["captured"] * np.isinf(flown.lost_s))[: samples - first].sum())
     return count
 
 
@@ -40,8 +40,8 @@ def test_the_shaped_law_captures_and_the_textbook_law_does_not() -> None:
     """
     least = int(stats.binom.ppf(1e-6, LANES, DOCUMENTED))
     most = int(stats.binom.isf(1e-6, LANES, 0.05))
-    assert least >= 247
-    assert most <= 33
+    assert least >= 0.96 * LANES
+    assert most <= 0.13 * LANES
     assert captured(SHAPED, LANES) >= least
     assert captured(TEXTBOOK, LANES) <= most
 

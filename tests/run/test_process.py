@@ -91,6 +91,26 @@ def test_the_compile_cache_is_private(mode: int, used: bool, tmp_path: Path) -> 
     assert python(look, XDG_CACHE_HOME=str(tmp_path)).stdout.strip() == (str(folder) if used else "None")
 
 
+def test_devices_share_the_chunks_and_change_no_bit(tmp_path: Path) -> None:
+    """Two XLA devices, a chunk each, against one. Kills: a chunk that stays on the first device, bits that depend on it."""
+    words = ["rvjax", "run", str(CAMPAIGN), "--quiet", *(part for one in (*SHORT, "samples=300") for part in ("--set", one))]
+    for devices in (1, 2):
+        own = [*words, "--out", str(tmp_path / str(devices))]
+        look = (
+            f"import jax, sys; jax.config.update('jax_num_cpu_devices', {devices}); sys.argv = {own!r}\n"
+            "from rvjax import batch; fly, used = batch.Flyer.fly, set()\n"
+            "def seen(*given, **more):\n    used.add(more.get('device'))\n    return fly(*given, **more)\n"
+            "batch.Flyer.fly = seen\n"
+            "from rvjax.cli import main\n"
+            "try:\n    main()\nfinally:\n    print(len(used - {None}))"
+        )
+        done = python(look)
+        assert done.stdout.splitlines()[-1] == str(devices), done.stderr
+    one, two = (RunFolder.open(tmp_path / name).samples().frame for name in ("1", "2"))
+    assert len(one) == 300
+    assert one.equals(two)
+
+
 def test_outcomes_do_not_depend_on_the_settings(flown: Path, tmp_path: Path) -> None:
     """The same campaign without any of them: the same outcomes and, to the last digits, the same metrics."""
     off = f"--xla_cpu_prefer_vector_width=256 --{EXTRA}=xla_cpu_use_multi_output_fusion=false"
