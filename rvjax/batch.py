@@ -26,11 +26,11 @@ from rvjax.flight import Carry, Glance
 from rvjax.metrics.interface import Metric
 from rvjax.state import Step
 
-LANES = 272
+LANES = 416
 """Samples of one chunk. A constant, because the last bits of a result may depend on it.
 
 Whole vector registers, and arrays whose length is no power of two: those would all begin in the same few sets of the L1 cache.
-More lanes fly up to 10 % faster but leave cores idle at the end of a run; docs/performance.md.
+More lanes fly up to 8 % faster, but the first chunk waits longer and cores idle at the end of a run; docs/performance.md.
 """
 
 

@@ -27,12 +27,12 @@ from rvjax.replay import trace
 from rvjax.results import RunFolder
 from rvjax.results.manifest import NAME as MANIFEST
 
-ENVELOPE_CHUNKS = 8
+ENVELOPE_CHUNKS = 5
 """Envelopes over time are kept of the first so many chunks, whose samples are drawn like all others."""
 
 ENVELOPE_INSTANTS = 120
-STRETCH = 50
-"""Fewest steps between two looks at whether the run is to stop."""
+STRETCH = 250
+"""Fewest steps between two looks at whether the run is to stop: a fraction of a second."""
 
 TRACE_ROWS = 600
 WORST = 10

@@ -28,7 +28,7 @@ def main(spec: dict[str, Any]) -> None:
     from rvjax.batch import LANES, Flyer
     from rvjax.bench.worker import forget_peak, peak_mb, say
     from rvjax.campaign import load
-    from rvjax.run import Chunk, fly
+    from rvjax.run import ENVELOPE_CHUNKS, Chunk, fly
 
     problem = load(spec["campaign"])
     horizon = shortened(problem, spec["steps"])
@@ -39,9 +39,9 @@ def main(spec: dict[str, Any]) -> None:
         nonlocal seen
         seen += len(chunk.flown.lost_s)
 
-    fly(horizon, flyer, range(8), take)  # compiles; envelopes are kept of the first eight chunks only
+    fly(horizon, flyer, range(ENVELOPE_CHUNKS), take)  # compiles; only of these are envelopes kept
     forget_peak()
-    chunks = range(8, 8 + math.ceil(spec["samples"] / LANES))
+    chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + math.ceil(spec["samples"] / LANES))
     seen, started = 0, time.perf_counter()
     while time.perf_counter() - started < MIN_S:
         fly(horizon, flyer, chunks, take)

@@ -24,8 +24,8 @@ from rvjax import process
 from rvjax.bench.case import Case, Values, case, own_folder, read, yardsticks
 from rvjax.errors import IncompleteError
 
-CHUNKS_PER_CORE = 2
-STEPS = 1200
+CHUNKS_PER_CORE = 1
+STEPS = 1600
 OWN = ("rvjax", "rvjax_one_device", "rvjax_float32")
 COMPARED = ("final_position_error_m", "final_attitude_error_deg")
 """Where a flight ends: what ways without metrics give as well."""

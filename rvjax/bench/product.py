@@ -11,9 +11,7 @@ import numpy as np
 from rvjax.batch import LANES, Flyer, devices, streams
 from rvjax.bench.case import Case, Values
 from rvjax.closed_loop import Drawn
-
-EVERY = 50
-"""Steps between two interruptions, as in a campaign of 6,000 steps."""
+from rvjax.run import STRETCH
 
 
 def prepare(case: Case, threads: int | None = None) -> Callable[[], Values]:
@@ -29,7 +27,9 @@ def prepare(case: Case, threads: int | None = None) -> Callable[[], Values]:
     def fly() -> Values:
         with ThreadPoolExecutor(threads or streams()) as pool:
             placed = [places[index % len(places)] for index in range(len(chunks))]
-            flown = list(pool.map(lambda chunk, place: flyer.fly(chunk, case.steps, EVERY, device=place).values, chunks, placed))
+            flown = list(
+                pool.map(lambda chunk, place: flyer.fly(chunk, case.steps, STRETCH, device=place).values, chunks, placed)
+            )
         return {name: np.concatenate([values[name] for values in flown]) for name in flown[0]}
 
     return fly

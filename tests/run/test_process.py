@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rvjax.batch import LANES
 from rvjax.process import EXTRA, SETTINGS, with_settings
 from rvjax.results import RunFolder
 from tests.short import CAMPAIGN, SHORT
@@ -93,7 +94,13 @@ def test_the_compile_cache_is_private(mode: int, used: bool, tmp_path: Path) -> 
 
 def test_devices_share_the_chunks_and_change_no_bit(tmp_path: Path) -> None:
     """Two XLA devices, a chunk each, against one. Kills: a chunk that stays on the first device, bits that depend on it."""
-    words = ["rvjax", "run", str(CAMPAIGN), "--quiet", *(part for one in (*SHORT, "samples=300") for part in ("--set", one))]
+    words = [
+        "rvjax",
+        "run",
+        str(CAMPAIGN),
+        "--quiet",
+        *(part for one in (*SHORT, f"samples={LANES + 28}") for part in ("--set", one)),
+    ]
     for devices in (1, 2):
         own = [*words, "--out", str(tmp_path / str(devices))]
         look = (
@@ -107,7 +114,7 @@ def test_devices_share_the_chunks_and_change_no_bit(tmp_path: Path) -> None:
         done = python(look)
         assert done.stdout.splitlines()[-1] == str(devices), done.stderr
     one, two = (RunFolder.open(tmp_path / name).samples().frame for name in ("1", "2"))
-    assert len(one) == 300
+    assert len(one) == LANES + 28
     assert one.equals(two)
 
 

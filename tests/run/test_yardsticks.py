@@ -96,8 +96,8 @@ def test_a_process_stands_ready_flies_and_hands_over(tmp_path: Path, capfd: pyte
 
 
 def test_growth_flies_what_it_says() -> None:
-    """Two chunks for 300 samples, again and again; kills a stream that drops chunks or counts pads twice."""
-    found = measurement.growth_of(CAMPAIGN, 300)
-    assert found["samples"] == 300
+    """Two chunks for 500 samples, again and again; kills a stream that drops chunks or counts pads twice."""
+    found = measurement.growth_of(CAMPAIGN, 500)
+    assert found["samples"] == 500
     assert found["steps_per_s"] > 0.0
     assert found["peak_memory_mb"] > 50.0
