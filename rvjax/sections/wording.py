@@ -41,7 +41,12 @@ def number(value: float, digits: int = 3) -> str:
     exponent = math.floor(math.log10(abs(value)))
     if -4 <= exponent < 6:
         return _fixed(value, max(digits - 1 - exponent, 0), ROUND_HALF_EVEN)
-    return f"{_fixed(value / 10.0**exponent, digits - 1, ROUND_HALF_EVEN)}×{power_of_ten(exponent)}"
+    return f"{_fixed(_scaled(value, exponent), digits - 1, ROUND_HALF_EVEN)}×{power_of_ten(exponent)}"
+
+
+def _scaled(value: float, exponent: int) -> float:
+    """value / 10^exponent, also where the power itself is no float."""
+    return float(Decimal(value).scaleb(-exponent))
 
 
 def setting(value: float) -> str:
@@ -83,7 +88,7 @@ def shown(item: Number) -> tuple[str, str]:
     ends = [x for x in (value, low, high) if math.isfinite(x)]
     if ends and 0.0 < max(map(abs, ends)) < 1e-3:
         exponent = math.floor(math.log10(max(map(abs, ends))))
-        value, low, high = (x / 10.0**exponent for x in (value, low, high))
+        value, low, high = (_scaled(x, exponent) for x in (value, low, high))
         symbol = f"×{power_of_ten(exponent)} {symbol}".strip()
     decimals = _decimals(value, low, high)
     text = _with_unit(_fixed(value, decimals, ROUND_HALF_EVEN), value, symbol)
