@@ -99,5 +99,5 @@ def yardsticks(folder: Path | None) -> Mapping[str, Any]:
 
 def own_folder() -> Path | None:
     """The yardsticks that lie beside this package in a clone of its repository; an installed package has none."""
-    folder = Path(__file__).parents[2] / "benchmarks"
-    return folder if (folder / "__init__.py").is_file() else None
+    clone = Path(__file__).parents[2]
+    return clone / "benchmarks" if (clone / "pyproject.toml").is_file() else None
