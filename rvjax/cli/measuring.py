@@ -52,15 +52,16 @@ def _show(found: Bench, output: Output) -> None:
     rows = [
         (
             way,
-            f"{found.steps_per_s[way] / 1e6:.3g} M",
-            f"{found.samples_per_s[way]:.3g}",
+            f"{found.steps_per_s[way] / 1e6:.2f}",
+            f"{found.samples_per_s[way]:,.0f}",
             f"{found.ratio[way]:.2f}",
-            f"{found.apart[way]:.1g}{'' if found.agree[way] else ' (!)'}",
-            f"{found.compile_s[way]:.1f} s",
+            f"{found.apart[way]:.0e}{'' if found.agree[way] else ' (!)'}",
+            f"{found.compile_s[way]:.1f}",
         )
         for way in found.steps_per_s
     ]
-    output.table(("way", "steps/s", "samples/s", "rvjax is … times as fast", "largest difference", "compile"), rows)
+    output.table(("way", "M steps/s", "samples/s", "rvjax ×", "differs", "compile s"), rows)
+    output.text("rvjax ×: how many times as fast rvjax is. differs: where flights end, relative to the largest error.")
     for way, why in found.unavailable.items():
         output.text(f"{way}: not measured, {why}")
     if len(found.steps_per_s) + len(found.unavailable) == 3:
