@@ -15,6 +15,7 @@ warning.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 import platform
 import stat
@@ -121,9 +122,18 @@ def with_settings(flags: str, settings: Sequence[tuple[str, str]]) -> str:
 
 
 def _known(flags: str) -> bool:
-    """Whether XLA reads these flags without ending the process."""
+    """Whether XLA reads these flags without ending the process; once it has, a file in the cache says so."""
+    cache_folder = _private_cache()
+    name = hashlib.sha256(f"{version('jaxlib')} {flags}".encode()).hexdigest()[:16]
+    known = None if cache_folder is None else cache_folder / f"flags-{name}"
+    if known is not None and known.exists():
+        return True
     environment = {**os.environ, "XLA_FLAGS": flags}
-    return subprocess.run([sys.executable, "-c", _PROBE], env=environment, capture_output=True, check=False).returncode == 0
+    done = subprocess.run([sys.executable, "-c", _PROBE], env=environment, capture_output=True, check=False)
+    if done.returncode == 0 and known is not None:
+        with contextlib.suppress(OSError):
+            known.touch()
+    return done.returncode == 0
 
 
 def _running() -> bool:

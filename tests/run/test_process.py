@@ -55,6 +55,19 @@ def test_a_setting_that_xla_does_not_know_is_left_out_with_a_warning() -> None:
     assert "SettingsWarning" not in health.stderr
 
 
+def test_what_xla_knows_is_asked_once(tmp_path: Path) -> None:
+    """Kills: a child process at every start; a refusal that is remembered as an acceptance."""
+    count = (
+        "from rvjax import process; asked = []; run = process.subprocess.run\n"
+        "process.subprocess.run = lambda *given, **more: asked.append(1) or run(*given, **more)\n"
+        "process.configure(); print(len(asked))"
+    )
+    assert [python(count, XDG_CACHE_HOME=str(tmp_path)).stdout for _ in range(2)] == ["1\n", "0\n"]
+    for _ in range(2):
+        refused = python(CONFIGURED, XDG_CACHE_HOME=str(tmp_path), XLA_FLAGS="--xla_no_such_flag=1")
+        assert "UsageError" in refused.stderr
+
+
 def test_flags_of_the_user_that_xla_does_not_know_are_named() -> None:
     """Kills: a crash of XLA, a traceback of ours."""
     done = python(
