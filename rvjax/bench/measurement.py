@@ -35,7 +35,7 @@ TOLERANCE = 1e-3
 differentiator turn the last digit into 1e-5 within a minute; without them ways agree to 1e-9 (tests/run/test_yardsticks.py)."""
 
 GROWTH = (1_000, 10_000, 100_000, 1_000_000)
-GROWTH_STEPS = 100
+GROWTH_STEPS = 200
 
 Say = Callable[[str], None]
 
