@@ -15,7 +15,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from jax.extend.core import ClosedJaxpr, Jaxpr, Literal
+from jax.extend.core import ClosedJaxpr
+
+from benchmarks.flat import Constant, Operand, flat
 
 REALS = {"float64": ("double", ""), "float32": ("float", "f")}
 """C type, and the suffix of its functions and numbers, by precision."""
@@ -23,7 +25,6 @@ REALS = {"float64": ("double", ""), "float32": ("float", "f")}
 INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 COMPARISONS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<", "eq": "==", "ne": "!="}
 CALLS = ("sqrt", "tanh", "exp", "cos", "sin")
-NESTED = ("jaxpr", "call_jaxpr")
 
 HEAD = """#include <math.h>
 typedef {real} real;
@@ -101,37 +102,25 @@ def _head(precision: str) -> str:
 
 def _statements(step: ClosedJaxpr, drawn: int, precision: str) -> tuple[list[str], list[str]]:
     """One statement for each equation, and the names of the results."""
-    carried = len(step.jaxpr.outvars)
+    carried, suffix = len(step.jaxpr.outvars), REALS[precision][1]
     arguments = [f"d{j}" for j in range(drawn)] + [f"c{j}" for j in range(carried)] + ["k"]
-    if len(arguments) != len(step.jaxpr.invars):
-        raise ValueError(f"a step of {drawn} drawn and {carried} carried numbers and k has {len(step.jaxpr.invars)} arguments")
+    whole = flat(step)
+    if len(arguments) != whole.inputs:
+        raise ValueError(f"a step of {drawn} drawn and {carried} carried numbers and k has {whole.inputs} arguments")
+
+    def name(operand: Operand) -> str:
+        if isinstance(operand, Constant):
+            return _number(operand.value, suffix)
+        return arguments[operand] if operand < whole.inputs else f"t{operand - whole.inputs}"
+
     lines: list[str] = []
-    outputs = _translate(step.jaxpr, step.consts, arguments, lines, REALS[precision][1])
-    return lines, outputs
-
-
-def _translate(jaxpr: Jaxpr, consts: list[Any], arguments: list[str], lines: list[str], suffix: str) -> list[str]:
-    names: dict[Any, str] = dict(zip(jaxpr.invars, arguments, strict=True))
-    names |= {var: _number(value, suffix) for var, value in zip(jaxpr.constvars, consts, strict=True)}
-
-    def read(atom: Any) -> str:
-        return _number(atom.val, suffix) if isinstance(atom, Literal) else names[atom]
-
-    for equation in jaxpr.eqns:
-        operands = [read(atom) for atom in equation.invars]
-        inner = next((equation.params[key] for key in NESTED if key in equation.params), None)
-        if inner is not None:
-            plain = inner if isinstance(inner, ClosedJaxpr) else ClosedJaxpr(inner, ())
-            results = _translate(plain.jaxpr, plain.consts, operands, lines, suffix)
-            names.update(zip(equation.outvars, results, strict=True))
-            continue
+    for number, (equation, operands) in enumerate(whole.calls):
         (out,) = equation.outvars
         if out.aval.shape != ():
             raise ValueError(f"{equation.primitive} gives {out.aval.str_short()}; a step of one sample holds scalars only")
-        names[out] = f"t{len(lines)}"
         kind = "long" if np.dtype(out.aval.dtype).kind == "i" else "real"
-        lines.append(f"const {kind} {names[out]} = {_expression(equation, operands, suffix)};")
-    return [read(atom) for atom in jaxpr.outvars]
+        lines.append(f"const {kind} t{number} = {_expression(equation, [name(one) for one in operands], suffix)};")
+    return lines, [name(one) for one in whole.results]
 
 
 def _expression(equation: Any, a: list[str], suffix: str) -> str:
@@ -170,11 +159,10 @@ FORMS: Mapping[str, Callable[[str], str]] = {
 """Every other primitive that a step is made of, by its form in C."""
 
 
-def _number(value: Any, suffix: str) -> str:
-    scalar_value = np.asarray(value)
-    if scalar_value.dtype.kind in "bi":
-        return str(int(scalar_value))
-    number = float(scalar_value)
+def _number(value: np.generic, suffix: str) -> str:
+    if value.dtype.kind in "bi":
+        return str(int(value))
+    number = float(value)
     if np.isinf(number):
         return "INFINITY" if number > 0 else "(-INFINITY)"
     return f"({number!r}{suffix})"

@@ -137,6 +137,9 @@ def replace(what: str) -> None:
 
     from rvjax import algebra, elementary
 
+    def divided(a: Any, b: Any) -> Any:
+        return a * (algebra.each(lambda x: 1.0 / x, b) if isinstance(b, algebra._Elementwise) else 1.0 / b)
+
     cheap: dict[str, Callable[[Any], Any]] = {
         "sin": lambda x: 0.5 * x,
         "cos": lambda x: 1.0 - 0.25 * x,
@@ -146,12 +149,7 @@ def replace(what: str) -> None:
     }
     for name in names.split():
         if by == "reciprocal":
-            algebra._Elementwise.__truediv__ = lambda a, b: (
-                a
-                * (  # type: ignore[method-assign]
-                    algebra.each(lambda x: 1.0 / x, b) if isinstance(b, algebra._Elementwise) else 1.0 / b
-                )
-            )
+            algebra._Elementwise.__truediv__ = divided
         else:
             home = elementary if name in ("sin", "cos") else jnp
             setattr(home, name, getattr(jnp, name) if by == "the C library" else cheap[name])

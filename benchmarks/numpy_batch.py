@@ -7,8 +7,9 @@ from typing import Any
 
 import jax
 import numpy as np
-from jax.extend.core import ClosedJaxpr, Jaxpr, Literal
+from jax.extend.core import ClosedJaxpr
 
+from benchmarks.flat import Constant, Operand, flat
 from rvjax.bench.case import Case
 from rvjax.flight import Carry
 
@@ -45,7 +46,6 @@ CALLS: Mapping[str, Callable[..., Any]] = {
     "stop_gradient": lambda x: x,
     "broadcast_in_dim": lambda x, *more: x,
 }
-NESTED = ("jaxpr", "call_jaxpr")
 
 Numbers = Sequence[Any]
 Run = Callable[[Numbers], list[Any]]
@@ -69,37 +69,23 @@ def prepare(case: Case) -> Callable[[], Carry]:
 
 def translated(closed: ClosedJaxpr) -> Run:
     """The jaxpr as calls on slots of one list, so that a step does nothing but call NumPy."""
-    slots: list[Any] = []
-    calls: list[tuple[Callable[..., Any], tuple[int, ...], int]] = []
+    whole = flat(closed)
+    slots: list[Any] = [None] * (whole.inputs + len(whole.calls))
 
-    def new(value: Any = None) -> int:
-        slots.append(value)
+    def slot(operand: Operand) -> int:
+        if not isinstance(operand, Constant):
+            return operand
+        slots.append(operand.value)
         return len(slots) - 1
 
-    def walk(jaxpr: Jaxpr, consts: Sequence[Any], arguments: Sequence[int]) -> list[int]:
-        place = dict(zip(jaxpr.invars, arguments, strict=True))
-        place |= {var: new(value) for var, value in zip(jaxpr.constvars, consts, strict=True)}
-
-        def slot(atom: Any) -> int:
-            return new(np.asarray(atom.val)[()]) if isinstance(atom, Literal) else place[atom]
-
-        for equation in jaxpr.eqns:
-            operands = [slot(atom) for atom in equation.invars]
-            inner = next((equation.params[key] for key in NESTED if key in equation.params), None)
-            if inner is not None:
-                plain = inner if isinstance(inner, ClosedJaxpr) else ClosedJaxpr(inner, ())
-                place.update(zip(equation.outvars, walk(plain.jaxpr, plain.consts, operands), strict=True))
-                continue
-            (out,) = equation.outvars
-            place[out] = new()
-            calls.append((_call(equation), tuple(operands), place[out]))
-        return [slot(atom) for atom in jaxpr.outvars]
-
-    arguments = [new() for _ in closed.jaxpr.invars]
-    results = walk(closed.jaxpr, closed.consts, arguments)
+    calls = [
+        (_call(equation), [slot(one) for one in operands], whole.inputs + number)
+        for number, (equation, operands) in enumerate(whole.calls)
+    ]
+    results = [slot(one) for one in whole.results]
 
     def run(numbers: Numbers) -> list[Any]:
-        slots[: len(arguments)] = numbers
+        slots[: whole.inputs] = numbers
         for function, operands, out in calls:
             slots[out] = function(*[slots[index] for index in operands])
         return [slots[index] for index in results]

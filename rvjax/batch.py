@@ -66,9 +66,6 @@ class Flyer:
     def __init__(self, loop: Loop, metrics: tuple[Metric, ...]) -> None:
         evaluate = jax.jit(partial(closed_loop.evaluate, loop))  # traced once for the four stages of a step
 
-        def compiled(function: Callable[..., Any], *axes: int | None, donate: tuple[int, ...] = ()) -> Any:
-            return jax.jit(jax.vmap(function, in_axes=axes), donate_argnums=donate)
-
         begin = jax.vmap(partial(flight.begin, loop, metrics))
 
         def unpacked(structure: Any, rows: Any) -> tuple[Drawn, Carry]:
@@ -101,7 +98,7 @@ class Flyer:
         """
         device = device or devices()[0]
         leaves, structure = jax.tree.flatten(drawn)
-        rows = jax.device_put(np.asarray(leaves, dtype=_dtype()), device)  # one transfer, where 150 would take 6 ms
+        rows = jax.device_put(np.asarray(leaves, dtype=process.precision()), device)  # one transfer, where 150 would take 6 ms
         programs = self._compiled(device, structure, rows)
         numbers, carry = programs.begin(rows)
         glances: list[Glance] = []
@@ -146,6 +143,12 @@ class Flyer:
             return self._programs[device]
 
 
+def compiled(function: Callable[..., Any], *axes: int | None, donate: tuple[int, ...] = ()) -> Any:
+    """A function of one sample as a compiled one of many. axes: 0 for an argument of which every sample has its own, None for one
+    that all share. donate: arguments whose memory the results may take."""
+    return jax.jit(jax.vmap(function, in_axes=axes), donate_argnums=donate)
+
+
 def devices() -> list[Device]:
     """The devices that chunks fly on."""
     return jax.local_devices()
@@ -154,7 +157,3 @@ def devices() -> list[Device]:
 def streams() -> int:
     """How many chunks to fly beside each other: one a core, or two a device, so that the host's work hides behind flying."""
     return process.cores() if devices()[0].platform == "cpu" else 2 * len(devices())
-
-
-def _dtype() -> Any:
-    return np.float64 if jax.config.read("jax_enable_x64") else np.float32

@@ -47,7 +47,7 @@ _PROBE = """
 try:
     from jaxlib import xla_client
     xla_client.CompileOptions()
-except Exception:
+except (ImportError, AttributeError):
     import jax
     jax.devices("cpu")
 """
@@ -82,9 +82,9 @@ def configure(precision: Precision = "float64") -> None:
             )
         os.environ["XLA_FLAGS"] = settled
     jax.config.update("jax_enable_x64", precision == "float64")
-    cache = _private_cache()
-    if cache is not None:
-        jax.config.update("jax_compilation_cache_dir", str(cache))
+    folder = _private_cache()
+    if folder is not None:
+        jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", 0)
 
@@ -123,9 +123,9 @@ def with_settings(flags: str, settings: Sequence[tuple[str, str]]) -> str:
 
 def _known(flags: str) -> bool:
     """Whether XLA reads these flags without ending the process; once it has, a file in the cache says so."""
-    cache_folder = _private_cache()
+    folder = _private_cache()
     name = hashlib.sha256(f"{version('jaxlib')} {flags}".encode()).hexdigest()[:16]
-    known = None if cache_folder is None else cache_folder / f"flags-{name}"
+    known = None if folder is None else folder / f"flags-{name}"
     if known is not None and known.exists():
         return True
     environment = {**os.environ, "XLA_FLAGS": flags}
@@ -164,12 +164,19 @@ def _private_cache() -> Path | None:
     return folder if private else None
 
 
+def precision() -> Precision:
+    """What flies now."""
+    import jax
+
+    return "float64" if jax.config.read("jax_enable_x64") else "float32"
+
+
 def settings() -> dict[str, object]:
     """What of the process decides about bits: goes into the identity of a run."""
     import jax
 
     return {
-        "precision": "float64" if jax.config.read("jax_enable_x64") else "float32",
+        "precision": precision(),
         "device": jax.devices()[0].platform,
         "device_kind": jax.devices()[0].device_kind,
         "processor": _processor(),

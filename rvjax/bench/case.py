@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax import closed_loop, flight
+from rvjax.batch import compiled
 from rvjax.campaign import Problem, load
 from rvjax.closed_loop import Drawn
 from rvjax.draw import Draws
@@ -26,6 +27,10 @@ from rvjax.flight import Carry
 
 Values = Mapping[str, NDArray[np.float64]]
 """Metric → (samples,)."""
+
+
+OWN = ("rvjax", "rvjax_one_device", "rvjax_float32")
+"""Ways of the product itself; all others are yardsticks."""
 
 
 class UnavailableError(Exception):
@@ -59,7 +64,7 @@ class Case:
     def values(self, carry: Carry) -> Values:
         """The metrics of flights that ended with this carry."""
         finish = partial(flight.finish, self.evaluate, self.problem.metrics)
-        values, _ = jax.jit(jax.vmap(finish, in_axes=(0, 0, None)))(self.drawn, carry, self.steps)
+        values, _ = compiled(finish, 0, 0, None)(self.drawn, carry, self.steps)
         return {name: np.asarray(value, dtype=np.float64) for name, value in values.items()}
 
 
@@ -68,9 +73,9 @@ def case(campaign: str | Path, samples: int, steps: int, precision: str, start: 
     problem = load(campaign)
     _, drawn = Draws.of(problem, np.arange(samples, dtype=np.int64))
     drawn = jax.tree.map(partial(np.asarray, dtype=precision), drawn)
-    begin = jax.vmap(partial(flight.begin, problem.loop, problem.metrics))
+    begin = compiled(partial(flight.begin, problem.loop, problem.metrics), 0)
     if not Path(start).exists():
-        save(start, jax.jit(begin)(drawn))
+        save(start, begin(drawn))
     return Case(problem, samples, steps, precision, drawn, read(start, jax.eval_shape(begin, drawn)))
 
 

@@ -53,7 +53,7 @@ def main(spec: dict[str, Any]) -> None:
 
 
 def shortened(problem: Problem, steps: int) -> Problem:
-    """The problem with a flight of so many steps."""
+    """The problem with a flight of so many steps; not by an override, since a closing window or an onset need not fit into it."""
     spec = problem.spec
     horizon = spec.horizon.model_copy(update={"duration_s": steps * spec.horizon.step_s})
     return replace(problem, spec=spec.model_copy(update={"horizon": horizon}))

@@ -21,12 +21,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax import process
-from rvjax.bench.case import Case, Values, case, own_folder, read, yardsticks
+from rvjax.bench.case import OWN, Case, Values, case, own_folder, read, yardsticks
 from rvjax.errors import IncompleteError
 
 CHUNKS_PER_CORE = 1
 STEPS = 1600
-OWN = ("rvjax", "rvjax_one_device", "rvjax_float32")
 COMPARED = ("final_position_error_m", "final_attitude_error_deg")
 """Where a flight ends: what ways without metrics give as well."""
 
@@ -179,7 +178,7 @@ def _starter(place: Path) -> Path:
 def _environment(spec: Mapping[str, Any]) -> dict[str, str]:
     """The product makes its own settings; a yardstick flies without them."""
     given = dict(os.environ)
-    if not str(spec["way"]).startswith("rvjax"):
+    if spec["way"] not in OWN:
         given.pop("XLA_FLAGS", None)
     return given
 

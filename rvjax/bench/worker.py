@@ -20,17 +20,16 @@ MIN_S = 1.5
 
 def main(spec: dict[str, Any]) -> None:
     """spec: way, campaign, samples, steps, precision, start (file of the carry at t = 0), result (file to write), yardsticks."""
+    from rvjax.bench.case import OWN, UnavailableError, case, save, yardsticks
     from rvjax.process import configure
 
-    own = spec["way"].startswith("rvjax")
+    own = spec["way"] in OWN
     if own:
         configure(spec["precision"])
     else:  # JAX as it comes: its default settings
         import jax
 
         jax.config.update("jax_enable_x64", spec["precision"] == "float64")
-    from rvjax.bench.case import UnavailableError, case, save, yardsticks
-
     flown = case(spec["campaign"], spec["samples"], spec["steps"], spec["precision"], spec["start"])
     started = time.perf_counter()
     try:

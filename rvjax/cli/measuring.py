@@ -44,6 +44,8 @@ def bench(
 
 
 def _show(found: Bench, output: Output) -> None:
+    from rvjax.bench.case import OWN
+
     case, machine = found.case, found.machine
     output.text(
         f"{case['samples']} samples of {case['campaign']}, {case['steps']} steps; median of {case['rounds']} rounds; "
@@ -64,7 +66,7 @@ def _show(found: Bench, output: Output) -> None:
     output.text("rvjax ×: how many times as fast rvjax is. differs: where flights end, relative to the largest error.")
     for way, why in found.unavailable.items():
         output.text(f"{way}: not measured, {why}")
-    if len(found.steps_per_s) + len(found.unavailable) == 3:
+    if not found.unavailable and not set(found.steps_per_s).difference(OWN):
         output.text("no yardsticks: they are in `benchmarks` of a clone, `--yardsticks DIR` says where")
     output.text(
         f"first chunk after {found.cold_s:.1f} s cold, {found.warm_s:.1f} s warm; peak memory {found.peak_memory_mb:.0f} MB"
