@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import ClassVar
+
+_UNSEEN = re.compile("[\0-\t\v-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
+
+
+def visible(text: str, spell: Callable[[str], str] = lambda one: one.encode("unicode_escape").decode()) -> str:
+    """The text with what acts on a terminal instead of being seen (escape sequences, turned directions) spelt out.
+
+    Line ends stay. spell: how one such character is spelt, `\\x1b` if nothing is said.
+    """
+    return _UNSEEN.sub(lambda found: spell(found[0]), text)
 
 
 class RvjaxError(Exception):
@@ -16,7 +26,7 @@ class RvjaxError(Exception):
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong at one place: `file:line:column: path: found; accepted`.
+    """One thing that is wrong at one place, one line: `file:line:column: path: found; accepted`.
 
     where: `file:line:column`, or the argument `--set path=value` that brought it; path: empty for the whole file.
     """
@@ -28,7 +38,8 @@ class Finding:
 
     def __str__(self) -> str:
         place = f"{self.where}: {self.path}" if self.path else self.where
-        return f"{place}: {self.found}; {self.accepted}" if self.accepted else f"{place}: {self.found}"
+        said = f"{place}: {self.found}; {self.accepted}" if self.accepted else f"{place}: {self.found}"
+        return visible(said).replace("\n", "\\n")
 
     @property
     def order(self) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import rvjax
-from rvjax.cli.output import Output
+from rvjax.cli.output import Output, say
 from rvjax.errors import CampaignError, RvjaxError
 
 app = typer.Typer(
@@ -66,11 +66,11 @@ def _terminate(number: int, frame: Any) -> NoReturn:
 def _warn(message: Warning | str, *where: Any) -> None:
     """A warning as one line, without the place in our code that it comes from."""
     del where
-    print(f"rvjax: {message}", file=sys.stderr)
+    say(f"rvjax: {message}", sys.stderr)
 
 
 def _report(error: RvjaxError) -> int:
-    print(error, file=sys.stderr)
+    say(str(error), sys.stderr)
     if "--json" in sys.argv:
         findings = [vars(finding) for finding in error.findings] if isinstance(error, CampaignError) else []
         Output(as_json=True).document({"error": str(error), "findings": findings, "exit_code": error.exit_code})
@@ -81,7 +81,7 @@ def _unexpected(error: Exception) -> int:
     """2 for a wrong command line, whose exceptions have a message of their own; 4, never a verdict's code, for our mistakes."""
     message = getattr(error, "format_message", None)
     if message is not None:
-        print(f"rvjax: {message()}\nTry `rvjax --help`.", file=sys.stderr)
+        say(f"rvjax: {message()}\nTry `rvjax --help`.", sys.stderr)
         return 2
     traceback.print_exception(error)
     print("rvjax: this is a mistake of the program, please report it", file=sys.stderr)

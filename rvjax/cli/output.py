@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO
 
+from rvjax.errors import visible
+
 if TYPE_CHECKING:
     from rvjax.check import Verdict
     from rvjax.run import Progress
@@ -22,7 +24,12 @@ STYLES = {"PASS": "bold green", "FAIL": "bold red", "UNDECIDED": "bold yellow"}
 
 
 def say(text: str, stream: TextIO) -> None:
-    """One text and a line end; a reader that has gone away (`| head`) changes neither a flight nor an exit code."""
+    """One text and a line end, nothing in it acting on a terminal."""
+    _put(visible(text), stream)
+
+
+def _put(text: str, stream: TextIO) -> None:
+    """The text as it is; a reader that has gone away (`| head`) changes neither a flight nor an exit code."""
     try:
         print(text, file=stream, flush=True)
     except BrokenPipeError:
@@ -44,7 +51,8 @@ class Output:
     def document(self, value: Mapping[str, Any]) -> None:
         """The result as one JSON document, only with --json; numbers that are not finite are null."""
         if self.as_json:
-            say(json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False), sys.stdout)
+            text = json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False)
+            _put(visible(text, lambda one: f"\\u{ord(one):04x}"), sys.stdout)
 
     def note(self, text: str) -> None:
         """Something beside the result, on stderr."""
@@ -64,11 +72,11 @@ class Output:
         for position, name in enumerate(head):
             table.add_column(name, overflow="fold", no_wrap=position == 0)
         for row in rows:
-            table.add_row(*(Text(cell, style=STYLES.get(cell, "")) for cell in row))
+            table.add_row(*(Text(visible(cell), style=STYLES.get(cell, "")) for cell in row))
         console = Console()
         with console.capture() as printed:
             console.print(table)
-        say(printed.get().rstrip("\n"), sys.stdout)
+        _put(printed.get().rstrip("\n"), sys.stdout)
 
     def verdicts(self, verdicts: Sequence[Verdict]) -> None:
         """One row for each requirement; nothing with --json."""
