@@ -8,6 +8,9 @@ from collections.abc import Iterator, Sequence
 from rvjax.sections.page import Cell, Code, Drawing, Headline, Mark, Named, Number, Section, Table
 from rvjax.sections.wording import count, shown
 
+_ACTING = re.compile(r"[\\`*_\[\]#|~$]|^[-+]|:(?=//)|(?<=www)\.", re.IGNORECASE)
+"""Marks of Markdown; at the start also those of lists and lines; what makes a link of an address that just stands there."""
+
 
 def page(top: Headline, sections: Sequence[Section]) -> str:
     """The whole document."""
@@ -22,8 +25,10 @@ def page(top: Headline, sections: Sequence[Section]) -> str:
 
 def text(words: str) -> str:
     """The words with everything that Markdown or HTML would act on made literal."""
-    words = re.sub(r"[^\S\u00a0]+", " ", words).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    return re.sub(r"([\\`*_\[\]#|~])", r"\\\1", words)
+    words = re.sub(r"[^\S\u00a0]+", " ", words).strip(" ")
+    words = words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    words = _ACTING.sub(r"\\\g<0>", words)
+    return re.sub(r"^(\d{1,9})([.)])(?= |$)", r"\1\\\2", words)  # a numbered list
 
 
 def _body(section: Section) -> Iterator[str]:
@@ -50,6 +55,12 @@ def _cell(cell: Cell) -> str:
     if isinstance(cell, Mark):
         return f"**{text(cell.word)}**"
     if isinstance(cell, Code):
-        fence = "``" if "`" in cell.text else "`"
-        return f"{fence}{' '.join(cell.text.split()).replace('|', chr(92) + '|')}{fence}" if cell.text else ""
+        return _code(" ".join(cell.text.split()))
     return text(cell)
+
+
+def _code(words: str) -> str:
+    """The words as code; as plain text where they hold what ends code or, for some readers, a cell."""
+    if not words or "`" in words or "\\|" in words:
+        return text(words)
+    return f"`{words.replace('|', chr(92) + '|')}`"
