@@ -241,8 +241,8 @@ class RunFolder:
         return self.write_bytes("summary.json", json_bytes(summary))
 
     def write_text(self, name: str, text: str) -> Path:
-        """Writes a text file (UTF-8) into the folder, atomically."""
-        return self.write_bytes(name, text.encode())
+        """Writes a text file (UTF-8) into the folder, atomically; bytes of a path that are no UTF-8 are spelt out."""
+        return self.write_bytes(name, text.encode(errors="backslashreplace"))
 
     def write_bytes(self, name: str, data: bytes) -> Path:
         """Writes a file into the folder, atomically, over an older one; returns its path.
@@ -376,7 +376,7 @@ class RunFolder:
 
     def _quarantine(self, name: str) -> None:
         """Moves a file of data out of the way, under a name that is still free."""
-        source, place = files.inside(self.path, name), self.path / "quarantine"
+        source, place = files.inside(self.path, name), files.inside(self.path, "quarantine")
         with files.explained(source):
             if source.exists():
                 place.mkdir(exist_ok=True)
