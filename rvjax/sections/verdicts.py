@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 
 from rvjax.check import Verdict
@@ -91,7 +92,7 @@ def _row(run: Run, verdict: Verdict, index: int) -> tuple[Cell, ...]:
 
 def _unit(run: Run, requirement: Requirement) -> tuple[str, bool]:
     """(unit, whether shown in percent) of the metric that is required."""
-    column = next((name for name in run.metrics(rf"{requirement.metric}(\..*)?")), "")
+    column = next((name for name in run.metrics(rf"{re.escape(requirement.metric)}(\..*)?")), "")
     return (run.column(column).unit if column else "1"), is_share(requirement.metric)
 
 
