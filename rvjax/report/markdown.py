@@ -25,7 +25,7 @@ def page(top: Headline, sections: Sequence[Section]) -> str:
 
 def text(words: str) -> str:
     """The words with everything that Markdown or HTML would act on made literal."""
-    words = re.sub(r"[^\S\u00a0]+", " ", words).strip(" ")
+    words = re.sub(r"[^\S\u00a0]+", " ", words).strip()
     words = words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     words = _ACTING.sub(r"\\\g<0>", words)
     return re.sub(r"^(\d{1,9})([.)])(?= |$)", r"\1\\\2", words)  # a numbered list
@@ -42,7 +42,7 @@ def _body(section: Section) -> Iterator[str]:
 
 
 def _table(table: Table) -> str:
-    lines = [table.head, ("---",) * len(table.head), *((_cell(cell) for cell in row) for row in table.rows)]
+    lines = [map(text, table.head), ("---",) * len(table.head), *((_cell(cell) for cell in row) for row in table.rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
