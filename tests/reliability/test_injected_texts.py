@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import sys
 import unicodedata
@@ -21,14 +20,13 @@ from markdown_it import MarkdownIt  # comes with rich
 from markdown_it.token import Token
 
 from rvjax.cli import main
-from rvjax.errors import FolderError, RvjaxError
-from rvjax.report import build, compose, html, markdown
+from rvjax.errors import FolderError, IncompleteError
+from rvjax.report import build, html, markdown
 from rvjax.report.picture import Picture
 from rvjax.results import Column, RunFolder
 from rvjax.sections.page import Code, Drawing, Headline, Mark, Named, Section, Table
 from rvjax.sections.plot import axes
 from rvjax.sections.wording import label
-from rvjax.spec import parse
 from tests.reliability.texts import PATHS, harmless, printable, quoted, texts
 from tests.report.conftest import make
 
@@ -309,3 +307,43 @@ def test_markdown_shows_every_text_as_it_is() -> None:
             check_markdown(found, twin)
             code = words(" ".join(given.split()))  # blanks that keep words together are blanks there
             assert sum(shown(found)[one] for one in {expected, code}) == times, given
+
+
+def tree(root: Path, but: Path) -> dict[Path, bytes]:
+    """Every file and folder under a root with its contents, but for one folder."""
+    outside = (path for path in root.rglob("*") if but not in (path, *path.parents))
+    return {path: path.read_bytes() if path.is_file() else b"" for path in outside}
+
+
+def test_no_path_leads_out_of_the_run_folder(tmp_path: Path, figure: Callable[[str], None]) -> None:
+    """Every text as the name of a file to write, plain and below a folder. Kills: `..`, absolute paths, a name that is a path."""
+    run = make(tmp_path / "around" / "run", 20, kept=0)
+    before, refused = tree(tmp_path, run), 0
+    for text in texts():
+        for name in (text, f"figures/{text}"):
+            try:
+                RunFolder.open(run).write_text(name, "x")
+            except (FolderError, IncompleteError):  # a name that leads out, or one that the file system does not take
+                refused += 1
+    assert tree(tmp_path, run) == before
+    assert not Path("/x").exists()
+    RunFolder.open(run).verify()
+    assert len(PATHS) < refused < 2 * len(texts())
+    figure(f"names of files: {2 * len(texts())}; {refused} refused; 0 written outside the run folder")
+
+
+@pytest.mark.parametrize("part", ["figures", "quarantine"])
+def test_nothing_is_written_through_a_link(tmp_path: Path, part: str) -> None:
+    """A folder in the run folder that is a link to elsewhere. Kills: following it."""
+    run = make(tmp_path / "run", 20, kept=0)
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (run / part).symlink_to(outside)
+    damaged = next(run.glob("samples/*.parquet"))
+    damaged.write_bytes(damaged.read_bytes()[:-1])
+    opened = RunFolder.open(run)
+    again = (opened.identity, opened.provenance, "rvjax: 1\n", opened.requested, opened.name, 256)
+    write = {"figures": lambda: opened.write_text("figures/x.svg", "x"), "quarantine": lambda: RunFolder.resume(run, *again)}
+    with pytest.raises(FolderError, match="leads out of the run folder"):
+        write[part]()
+    assert list(outside.iterdir()) == []
