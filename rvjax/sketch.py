@@ -1,0 +1,157 @@
+"""Sketch: the distribution of a stream of numbers in bounded memory, the same whatever the order in which they came.
+
+Every number is counted in a bucket: its sign, its exponent and the first `BITS` bits of its mantissa, so a bucket is 2⁻¹⁰ of
+its values wide and an order statistic read from it is right to 2⁻¹¹ (0.05 %). The `EXACT` smallest and the `EXACT` largest
+numbers are kept as they are: up to twice as many numbers, and beyond them both tails, nothing is rounded at all.
+
+Counts are added and extremes are compared, so merging is exact and neither order nor grouping matters; t-digests and the like
+depend on both. The buckets are those of HdrHistogram (G. Tene) and of DDSketch (C. Masson et al., PVLDB 12 (2019) 2195), here
+with binary edges.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+BITS = 10
+"""Bits of the mantissa that a bucket keeps."""
+
+EXACT = 4096
+"""Smallest and largest numbers, each, that are kept as they are."""
+
+RELATIVE_ERROR = 2.0 ** -(BITS + 1)
+"""Of an order statistic between the exact ones: half the width of a bucket."""
+
+_SHIFT = 52 - BITS
+
+
+class Ranked(Protocol):
+    """Numbers by rank, counted from 0 for the smallest; `low` and `high` enclose one that is known to a bucket only."""
+
+    @property
+    def n(self) -> int:
+        """How many numbers."""
+        ...
+
+    def low(self, rank: int) -> float:
+        """No more than the number of this rank."""
+        ...
+
+    def value(self, rank: int) -> float:
+        """The number of this rank, at best knowledge."""
+        ...
+
+    def high(self, rank: int) -> float:
+        """No less than the number of this rank."""
+        ...
+
+
+class Sketch:
+    """Counts and extremes of numbers; infinities are numbers, NaN is refused: say first what it counts as."""
+
+    def __init__(self, values: ArrayLike = ()) -> None:
+        self.n = 0
+        self._smallest = self._largest = np.empty(0)
+        self._keys, self._counts = np.empty(0, np.int64), np.empty(0, np.int64)
+        self._up_to = np.empty(0, np.int64)
+        self.add(values)
+
+    def add(self, values: ArrayLike) -> None:
+        """Takes in some more numbers, of any shape."""
+        x = np.sort(np.asarray(values, dtype=float).ravel() + 0.0)  # + 0.0: there is one zero
+        if not x.size:
+            return
+        if np.isnan(x[-1]):
+            raise ValueError("NaN has no rank; accepted: numbers and infinities")
+        keys, counts = np.unique(_key(x), return_counts=True)
+        self._take(x.size, keys, counts, x[:EXACT], x[-EXACT:])
+
+    def merge(self, other: Sketch) -> None:
+        """Takes in all that another one has counted: the same as adding its numbers."""
+        self._take(other.n, other._keys, other._counts, other._smallest, other._largest)
+
+    def _take(
+        self,
+        n: int,
+        keys: NDArray[np.int64],
+        counts: NDArray[np.int64],
+        smallest: NDArray[np.float64],
+        largest: NDArray[np.float64],
+    ) -> None:
+        self.n += n
+        self._smallest = np.sort(np.concatenate([self._smallest, smallest]))[:EXACT]
+        self._largest = np.sort(np.concatenate([self._largest, largest]))[-EXACT:]
+        self._keys, place = np.unique(np.concatenate([self._keys, keys]), return_inverse=True)
+        total = np.zeros(self._keys.size, np.int64)
+        np.add.at(total, place, np.concatenate([self._counts, counts]))
+        self._counts, self._up_to = total, np.cumsum(total)
+
+    def __eq__(self, other: object) -> bool:
+        mine, theirs = vars(self), vars(other)
+        return isinstance(other, Sketch) and all(np.array_equal(mine[name], theirs[name]) for name in mine)
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType]
+
+    def low(self, rank: int) -> float:
+        """No more than the number of this rank; equal to it in the tails."""
+        return self._number(rank)[0]
+
+    def value(self, rank: int) -> float:
+        """The number of this rank: exact in the tails, else within `RELATIVE_ERROR` of it."""
+        low, high = self._number(rank)
+        return low if low == high else low / 2 + high / 2
+
+    def high(self, rank: int) -> float:
+        """No less than the number of this rank; equal to it in the tails."""
+        return self._number(rank)[1]
+
+    def at_least(self, limit: float) -> int:
+        """How many numbers are ≥ limit. ValueError where the answer is not known: limit is no edge of a bucket and the tails
+        do not tell either. Powers of two, 10 and ∞ are edges, negative numbers are none."""
+        for tail, rest in ((self._smallest, 0), (self._largest, self.n - self._largest.size)):
+            if tail.size == self.n or (tail.size and tail[0] < limit <= tail[-1]):
+                return self.n - rest - int(np.searchsorted(tail, limit))
+        key = int(_key(np.array([float(limit)]))[0])
+        if _edges(key)[0] != limit:
+            raise ValueError(f"{limit} is no edge of a bucket, so what is beyond it is not counted")
+        return int(self._counts[self._keys >= key].sum())
+
+    @property
+    def positive(self) -> int:
+        """How many numbers are > 0."""
+        return int(self._counts[self._keys > 0].sum())
+
+    def finite(self) -> int:
+        """How many numbers are below ∞."""
+        return self.n - self.at_least(math.inf)
+
+    def _number(self, rank: int) -> tuple[float, float]:
+        """Two numbers between which that of a rank lies."""
+        if not 0 <= rank < self.n:
+            raise IndexError(f"rank {rank} of {self.n} numbers")
+        if rank < self._smallest.size:
+            return (float(self._smallest[rank]),) * 2
+        if (from_end := rank - (self.n - self._largest.size)) >= 0:
+            return (float(self._largest[from_end]),) * 2
+        low, high = _edges(int(self._keys[np.searchsorted(self._up_to, rank, side="right")]))
+        return max(low, float(self._smallest[-1])), min(high, float(self._largest[0]))
+
+
+def _key(x: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The bucket of each number: grows with it, 0 around zero, opposite for opposite numbers."""
+    magnitude = np.abs(x).view(np.int64) >> _SHIFT
+    return np.where(x < 0, -magnitude, magnitude)
+
+
+def _edges(key: int) -> tuple[float, float]:
+    """Between which numbers those of a bucket lie."""
+    if key == 0:
+        return 0.0, 0.0  # what is smaller than 1e-310 is none
+    near, far = np.array([abs(key), abs(key) + 1], np.int64) << _SHIFT
+    inner = float(near.view(np.float64))
+    outer = math.inf if math.isinf(inner) else float(far.view(np.float64))
+    return (inner, outer) if key > 0 else (-outer, -inner)
