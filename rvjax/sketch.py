@@ -134,9 +134,9 @@ class Sketch:
         if not 0 <= rank < self.n:
             raise IndexError(f"rank {rank} of {self.n} numbers")
         if rank < self._smallest.size:
-            return (float(self._smallest[rank]),) * 2
+            return float(self._smallest[rank]), float(self._smallest[rank])
         if (from_end := rank - (self.n - self._largest.size)) >= 0:
-            return (float(self._largest[from_end]),) * 2
+            return float(self._largest[from_end]), float(self._largest[from_end])
         low, high = _edges(int(self._keys[np.searchsorted(self._up_to, rank, side="right")]))
         return max(low, float(self._smallest[-1])), min(high, float(self._largest[0]))
 

@@ -25,7 +25,7 @@ def stream(n: int) -> np.ndarray:
 
 
 def test_every_rank_lies_between_its_bounds_and_the_error_is_the_stated_one() -> None:
-    """Kills: a bucket too narrow or shifted by one, negative numbers in ascending magnitude, edges of infinity, ranks off by one."""
+    """Kills: a bucket too narrow or shifted by one, negative numbers in ascending magnitude, ranks off by one."""
     x = stream(200_000)
     ranked = np.sort(x)
     sketch = Sketch()
