@@ -7,11 +7,11 @@ claim is an error that names both.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from typing import Any, Generic, TypeVar
 
 from rvjax.errors import UsageError
@@ -30,19 +30,15 @@ class Component(Generic[P]):
     build: Callable[[P], Any]
 
 
+@cache
 def members(family: str) -> Mapping[str, str]:
     """Name → where it comes from, in the order of the table; members of other packages after our own.
 
+    Looked up once: going through all installed packages for each component of a long file takes seconds.
     Errors: UsageError if two packages claim one name.
     """
-    return _members(family, entry_points)
-
-
-@cache
-def _members(family: str, find: Callable[..., Iterable[EntryPoint]]) -> Mapping[str, str]:
-    """The same, looked up once: going through all installed packages for each component of a long file takes seconds."""
     table = dict(import_module(f"rvjax.{family}").MEMBERS)
-    for entry in find(group=f"rvjax.{family}"):
+    for entry in entry_points(group=f"rvjax.{family}"):
         if entry.name in table:
             both = f"{table[entry.name]} and {entry.value}"
             raise UsageError(f"two components claim the name {entry.name!r} in rvjax.{family}: {both}")

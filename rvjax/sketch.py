@@ -12,7 +12,6 @@ with binary edges.
 from __future__ import annotations
 
 import math
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,27 +28,6 @@ RELATIVE_ERROR = 2.0 ** -(BITS + 1)
 _SHIFT = 52 - BITS
 
 
-class Ranked(Protocol):
-    """Numbers by rank, counted from 0 for the smallest; `low` and `high` enclose one that is known to a bucket only."""
-
-    @property
-    def n(self) -> int:
-        """How many numbers."""
-        ...
-
-    def low(self, rank: int) -> float:
-        """No more than the number of this rank."""
-        ...
-
-    def value(self, rank: int) -> float:
-        """The number of this rank, at best knowledge."""
-        ...
-
-    def high(self, rank: int) -> float:
-        """No less than the number of this rank."""
-        ...
-
-
 class Sketch:
     """Counts and extremes of numbers; infinities are numbers, NaN is refused: say first what it counts as."""
 
@@ -57,7 +35,6 @@ class Sketch:
         self.n = 0
         self._smallest = self._largest = np.empty(0)
         self._keys, self._counts = np.empty(0, np.int64), np.empty(0, np.int64)
-        self._up_to = np.empty(0, np.int64)
         self.add(values)
 
     def add(self, values: ArrayLike) -> None:
@@ -88,7 +65,7 @@ class Sketch:
         self._keys, place = np.unique(np.concatenate([self._keys, keys]), return_inverse=True)
         total = np.zeros(self._keys.size, np.int64)
         np.add.at(total, place, np.concatenate([self._counts, counts]))
-        self._counts, self._up_to = total, np.cumsum(total)
+        self._counts = total
 
     def __eq__(self, other: object) -> bool:
         mine, theirs = vars(self), vars(other)
@@ -125,6 +102,7 @@ class Sketch:
         """How many numbers are > 0."""
         return int(self._counts[self._keys > 0].sum())
 
+    @property
     def finite(self) -> int:
         """How many numbers are below ∞."""
         return self.n - self.at_least(math.inf)
@@ -137,7 +115,7 @@ class Sketch:
             return float(self._smallest[rank]), float(self._smallest[rank])
         if (from_end := rank - (self.n - self._largest.size)) >= 0:
             return float(self._largest[from_end]), float(self._largest[from_end])
-        low, high = _edges(int(self._keys[np.searchsorted(self._up_to, rank, side="right")]))
+        low, high = _edges(int(self._keys[np.searchsorted(np.cumsum(self._counts), rank, side="right")]))
         return max(low, float(self._smallest[-1])), min(high, float(self._largest[0]))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import pytest
 
 from rvjax import process
+from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
 
 process.configure("float64")
@@ -19,11 +21,11 @@ FIGURE = "figure"
 def pytest_addoption(parser: pytest.Parser) -> None:
     """`--mutants`: the mutants of the flying half as well, each in a process of its own (minutes).
     `--acceptance`: the scenarios of the documentation at their full size (minutes).
-    `--long`: kills, damage, fuzzed files and injected texts in their full numbers (tens of minutes).
+    `--long`: the reliability suite, so far its fuzzed campaign files, in its full numbers (minutes).
     """
     parser.addoption("--mutants", action="store_true", help="run the mutants of the flying half (minutes)")
     parser.addoption("--acceptance", action="store_true", help="fly the documented scenarios at full size (minutes)")
-    parser.addoption("--long", action="store_true", help="the reliability suite in its full numbers (tens of minutes)")
+    parser.addoption("--long", action="store_true", help="the reliability suite in its full numbers (minutes)")
 
 
 @pytest.fixture
@@ -36,6 +38,21 @@ def full(request: pytest.FixtureRequest) -> bool:
 def figure(record_property: Callable[[str, Any], None]) -> Callable[[str], None]:
     """Puts a line among the figures that the test run ends with."""
     return lambda line: record_property(FIGURE, line)
+
+
+@pytest.fixture
+def rvjax(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Runs the program in this process: (exit code, stdout, stderr)."""
+    from rvjax.cli import main
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["rvjax", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert isinstance(ended.value.code, int)
+        return (ended.value.code, *capsys.readouterr())
+
+    return run
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -37,10 +38,18 @@ COMPONENT = Component(Parameters, lambda parameters: fault)
 '''
 
 
+@pytest.fixture(autouse=True)
+def _packages_as_they_are() -> Iterator[None]:
+    """What a test brings is forgotten behind it."""
+    yield
+    family.members.cache_clear()
+
+
 def bring(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """As if an installed package had this entry point."""
     entry = EntryPoint(name, "drifting:COMPONENT", "rvjax.faults")
     monkeypatch.setattr(family, "entry_points", lambda group: [entry] if group == "rvjax.faults" else [])
+    family.members.cache_clear()
 
 
 def test_a_fault_from_elsewhere_is_one_like_ours(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

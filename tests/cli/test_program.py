@@ -9,32 +9,16 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from rvjax.batch import LANES
-from rvjax.cli import main
+from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
 from tests.spec.corpus import bad_files
 
-Run = Callable[..., tuple[int, str, str]]
 SETS = [part for one in SHORT for part in ("--set", one)]
-
-
-@pytest.fixture
-def rvjax(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Runs the program in this process: (exit code, stdout, stderr)."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["rvjax", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        assert isinstance(ended.value.code, int)
-        return (ended.value.code, *capsys.readouterr())
-
-    return run
 
 
 def test_help_and_import_do_without_jax() -> None:
