@@ -139,15 +139,19 @@ def words(text: str) -> str:
     return re.sub(r"[^\S\u00a0]+", " ", text).strip().replace("\0", "\ufffd")
 
 
+def required(names: Sequence[str]) -> list[str]:
+    """Names of metrics to require something of, first those that a regular expression would read otherwise, or not at all."""
+    return sorted((name for name in names if "." not in name), key=lambda name: not set(name) & set("[(*+?"))[:REQUIRED]
+
+
 def reported(place: Path, all_texts: Sequence[str], file_texts: Sequence[str], names: Sequence[str]) -> Path:
     """A run folder with texts wherever one can be, and its report.
 
     all_texts: identity, provenance and the recorded command; file_texts, which a campaign file can hold: description, names of
     requirements, overrides; names, of one line: metrics with their units and meanings, some of them required, and draws.
     """
-    metrics = [text for text in names if "." not in text][:REQUIRED]
     named = [f"{{metric: captured, at_least: 0.9, name: {quoted(text)}}}" for text in file_texts]
-    named += [f"{{metric: {quoted(text)}, below: 1, at_least: 0.5}}" for text in metrics]
+    named += [f"{{metric: {quoted(text)}, below: 1, at_least: 0.5}}" for text in required(names)]
     require = "".join(f"\n  - {requirement}" for requirement in named)
     description = quoted(" ".join(file_texts))
     whole = RunFolder.open(make(place.parent / f"{place.name} (made)", SAMPLES, require=require, description=description))
@@ -225,7 +229,7 @@ def test_a_report_of_hostile_texts_is_one_of_words(tmp_path: Path, rvjax: Run, f
     assert all(
         f": {text}: captured" in requirement["text"] for text, requirement in zip(given, summary["requirements"], strict=False)
     )
-    assert summary["requirements"][len(given)]["metric"] == next(text for text in names if "." not in text)
+    assert summary["requirements"][len(given)]["metric"] == required(names)[0]
     for command in (
         ["check", hostile],
         ["check", hostile, "--json"],
