@@ -14,6 +14,8 @@ import rvjax
 from rvjax import process
 from rvjax.errors import FolderError
 from rvjax.results import RunFolder
+from rvjax.results.journal import NAME as JOURNAL
+from rvjax.results.manifest import NAME as MANIFEST
 
 PACKAGES = ("jax", "jaxlib", "numpy", "scipy", "pandas", "pyarrow", "matplotlib", "pydantic", "ruamel.yaml", "typer", "rich")
 
@@ -28,7 +30,9 @@ class Health:
 
 
 def examine(folder: Path | None = None) -> Health:
-    """Versions, devices and settings; with a run folder, also whether each of its files is what was written."""
+    """Versions, devices and settings; with a run folder, also whether each of its files is what was written.
+
+    A damaged manifest or journal is made again from the files of data."""
     complaints: list[str] = []
     facts: dict[str, Any] = {"rvjax": rvjax.__version__, "python": sys.version.split()[0], "cores": process.cores()}
     for name in PACKAGES:
@@ -48,10 +52,23 @@ def examine(folder: Path | None = None) -> Health:
     damaged = False
     if folder is not None:
         try:
-            opened = RunFolder.open(folder)
+            opened = _open(folder, facts)
             opened.verify()
             facts["run folder"] = f"{folder}: every file is intact, {vars(opened.account())}"
         except FolderError as error:
             damaged = True
             complaints += str(error).splitlines()
     return Health(facts, complaints, 5 if damaged else 2 if complaints else 0)
+
+
+def _open(folder: Path, facts: dict[str, Any]) -> RunFolder:
+    """The run folder, its manifest made again where it is damaged."""
+    if not any((folder / name).exists() for name in (MANIFEST, JOURNAL)):
+        return RunFolder.open(folder)  # says that it is none
+    try:
+        return RunFolder.open(folder)
+    except FolderError as error:
+        with RunFolder.rebuild(folder) as rebuilt:
+            made = f"made again from {len(rebuilt.chunks)} chunks that are whole; the old one is in quarantine/"
+            facts["manifest"] = f"{str(error).rpartition('; ')[0]}; {made}"
+        return RunFolder.open(folder)

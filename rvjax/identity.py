@@ -22,7 +22,7 @@ from rvjax.family import members, module_of
 DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 """Packages whose version may change the last bits."""
 
-NOT_FLYING = ("cli", "report", "results", "sections", "check.py", "sketch.py", "stats.py")
+NOT_FLYING = ("cli", "executors", "report", "results", "sections", "check.py", "doctor.py", "run.py", "sketch.py", "stats.py")
 """Parts of this package that no number of a flight depends on."""
 
 

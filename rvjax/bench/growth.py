@@ -25,26 +25,26 @@ def main(spec: dict[str, Any]) -> None:
     from rvjax.process import configure
 
     configure(spec["precision"])
-    from rvjax.batch import LANES, Flyer
+    from rvjax.batch import LANES
     from rvjax.bench.worker import forget_peak, peak_mb, say
     from rvjax.campaign import load
-    from rvjax.run import ENVELOPE_CHUNKS, Chunk, fly
+    from rvjax.executors.inline import Inline
+    from rvjax.pilot import ENVELOPE_CHUNKS, Parcel, Pilot
 
-    problem = load(spec["campaign"])
-    horizon = shortened(problem, spec["steps"])
-    flyer = Flyer(problem.loop, problem.metrics)
+    chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + math.ceil(spec["samples"] / LANES))
+    problem = shortened(load(spec["campaign"]), spec["steps"], chunks.stop * LANES)
+    executor = Inline(Pilot(problem, {}))
     lanes = 0
 
-    def take(chunk: Chunk) -> None:
+    def take(parcel: Parcel) -> None:
         nonlocal lanes
-        lanes += len(chunk.flown.lost_s)
+        lanes += parcel.samples
 
-    fly(horizon, flyer, range(ENVELOPE_CHUNKS), take)  # compiles; only of these are envelopes kept
+    executor.fly(range(ENVELOPE_CHUNKS), take)  # compiles; only of these are envelopes kept
     forget_peak()
-    chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + math.ceil(spec["samples"] / LANES))
     lanes, times, started = 0, 0, time.perf_counter()
     while time.perf_counter() - started < MIN_S:
-        fly(horizon, flyer, chunks, take)
+        executor.fly(chunks, take)
         times += 1
     spent = time.perf_counter() - started
     if lanes != times * len(chunks) * LANES:
@@ -52,11 +52,12 @@ def main(spec: dict[str, Any]) -> None:
     say(seconds=spent / times, steps=spec["samples"] * spec["steps"], peak_memory_mb=peak_mb())  # pads are not counted
 
 
-def shortened(problem: Problem, steps: int) -> Problem:
-    """The problem with a flight of so many steps; not by an override, since a closing window or an onset need not fit into it."""
+def shortened(problem: Problem, steps: int, samples: int) -> Problem:
+    """The problem with so many samples and a flight of so many steps; not by an override, since a closing window or an onset
+    need not fit into it."""
     spec = problem.spec
     horizon = spec.horizon.model_copy(update={"duration_s": steps * spec.horizon.step_s})
-    return replace(problem, spec=spec.model_copy(update={"horizon": horizon}))
+    return replace(problem, spec=spec.model_copy(update={"horizon": horizon, "samples": samples}))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import numpy as np
 from rvjax.batch import LANES, Flyer, devices, streams
 from rvjax.bench.case import Case, Values
 from rvjax.closed_loop import Drawn
-from rvjax.run import STRETCH
+from rvjax.pilot import STRETCH
 
 
 def prepare(case: Case, threads: int | None = None) -> Callable[[], Values]:

@@ -37,7 +37,9 @@ def build(folder: str | Path) -> Path:
         target.write_bytes(f"figures/{name}.png", drawn.png)
     target.write_summary(summary(run, top, sections))
     target.write_text("report.md", markdown.page(top, sections))
-    return target.write_text("report.html", html.page(top, sections, pictures))
+    page = target.write_text("report.html", html.page(top, sections, pictures))
+    target.seal()
+    return page
 
 
 def summary(run: Run, top: Headline, sections: Iterable[Section]) -> dict[str, Any]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from rvjax.columns import Column
+from rvjax.results.datafile import DataFile
 from rvjax.results.folder import CAMPAIGN, RunFolder
 from rvjax.results.samples import OUTCOMES, Account, Samples
 
-__all__ = ["CAMPAIGN", "OUTCOMES", "Account", "Column", "RunFolder", "Samples"]
+__all__ = ["CAMPAIGN", "OUTCOMES", "Account", "Column", "DataFile", "RunFolder", "Samples"]

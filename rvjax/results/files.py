@@ -8,7 +8,7 @@ import hashlib
 import os
 import re
 import uuid
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 
@@ -17,6 +17,10 @@ from rvjax.errors import FolderError, IncompleteError, UsageError
 _REFUSED = {errno.EACCES, errno.EPERM, errno.EROFS}
 _WRONG_PLACE = {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ELOOP}
 _FULL = {errno.ENOSPC, errno.EDQUOT}
+
+
+QUARANTINE = "quarantine"
+"""The folder of damaged files, in a run folder."""
 
 
 def sha256(data: bytes) -> str:
@@ -96,16 +100,35 @@ def _publish(path: Path, data: bytes, name_it: Callable[[Path, Path], None]) -> 
         sync(path.parent)
 
 
-def is_temporary(path: Path) -> bool:
-    """Whether this is a file that `replace` or `publish` has not given its name."""
-    return re.fullmatch(r"\..+\.[0-9a-f]{32}", path.name) is not None and path.is_file()
+def is_temporary(name: str) -> bool:
+    """Whether this is the name of a file that `replace` or `publish` has not given its own."""
+    return re.fullmatch(r"\..+\.[0-9a-f]{32}", name) is not None
 
 
-def sweep(root: Path) -> None:
-    """Removes the temporary files that a stopped process left under `root`."""
-    with explained(root):
-        for leftover in filter(is_temporary, list(root.rglob(".*"))):
-            leftover.unlink()
+def listing(root: Path, folders: Iterable[str], sweep: bool = True) -> dict[str, int]:
+    """Name and size in bytes of every file in `root` and in some folders in it. sweep: temporary files, which a stopped process
+    left, are removed."""
+    found: dict[str, int] = {}
+    for folder in ("", *folders):
+        with explained(root / folder), suppress(FileNotFoundError), os.scandir(root / folder) as entries:
+            for entry in entries:
+                if not entry.is_file(follow_symlinks=False):
+                    continue
+                if not is_temporary(entry.name):
+                    found[f"{folder}/{entry.name}".lstrip("/")] = entry.stat().st_size
+                elif sweep:
+                    os.unlink(entry.path)
+    return found
+
+
+def set_aside(root: Path, name: str) -> None:
+    """Moves a file into `quarantine/`, under a name that is still free."""
+    source, place = inside(root, name), inside(root, QUARANTINE)
+    with explained(source):
+        if source.exists():
+            place.mkdir(exist_ok=True)
+            source.rename(place / f"{name.replace('/', '-')}.{len(os.listdir(place))}")
+            sync(source.parent)
 
 
 def sync(folder: Path) -> None:

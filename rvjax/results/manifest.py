@@ -1,47 +1,85 @@
-"""The manifest: what a run is, and the SHA-256 of every file of data that belongs to it.
+"""The manifest: what a run is, and name, size and SHA-256 of every file of data that belongs to it.
 
-One JSON document that ends with the SHA-256 of the rest of itself, so that a change anywhere is noticed.
+One JSON document whose last entry is the SHA-256 of all that stands before it, so that a change anywhere is noticed. It is
+written as a whole, at the start and at the end of a run; what comes between them is in the journal (`rvjax.results.journal`).
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, Literal, NamedTuple, Self, cast
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter, ValidationError, model_validator
 
 from rvjax.errors import FolderError
 from rvjax.results import files
 
-FORMAT = 1
+FORMAT = 2
 NAME = "manifest.json"
 
+Part = Literal["samples", "envelopes", "traces"]
 Digest = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
-ChunkFile = Annotated[str, StringConstraints(pattern=r"^samples/\d{5,}\.parquet$")]
-OtherFile = Annotated[
-    str,
-    StringConstraints(pattern=r"^(campaign\.yaml|traces/sample-\d{7,}\.parquet|envelopes/\d{5,}\.parquet)$"),
-]
+
+REBUILD = "`rvjax doctor` with this folder makes it again from the files"
+
+_FILE = re.compile(r"(samples|envelopes|traces)/(?:sample-(?=\d{7}))?(\d{5,})-([0-9a-f]{16})\.parquet")
 
 
-class Chunk(BaseModel):
-    """A finished chunk: `count` samples from number `first` on, in `file` with its SHA-256."""
+class Key(NamedTuple):
+    """A file of data by what it is of: a chunk's samples or envelopes, or a sample's trace."""
+
+    part: Part
+    number: int
+
+    def file(self, sha256: str) -> str:
+        """Its name in the run folder, with the first 16 digits of its SHA-256: a file shows by itself whether it is whole."""
+        stem = f"sample-{self.number:07d}" if self.part == "traces" else f"{self.number:05d}"
+        return f"{self.part}/{stem}-{sha256[:16]}.parquet"
+
+    @classmethod
+    def of(cls, file: str) -> Key | None:
+        """The inverse of `file`; None where it is no such name."""
+        match = _FILE.fullmatch(file)
+        key = match and cls(cast("Part", match[1]), int(match[2]))
+        return key if match and key and key.file(match[3]) == file else None
+
+
+class Entry(BaseModel):
+    """A file of data: `count` samples from number `first` on."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
-    chunk: Annotated[int, Field(ge=0)]
-    file: ChunkFile
+    file: str
+    sha256: Digest
+    bytes: Annotated[int, Field(ge=0)]
     first: Annotated[int, Field(ge=0)]
     count: Annotated[int, Field(ge=1)]
-    sha256: Digest
+
+    @model_validator(mode="after")
+    def _named(self) -> Self:
+        key = Key.of(self.file)
+        if key is None or key.file(self.sha256) != self.file:
+            raise ValueError(f"{self.file} is no name of a file of data with this SHA-256")
+        return self
+
+    @property
+    def key(self) -> Key:
+        """What the file is of."""
+        return cast("Key", Key.of(self.file))
+
+    @property
+    def number(self) -> int:
+        """The chunk, or the sample of a trace."""
+        return self.key.number
 
 
-class Manifest(BaseModel):
-    """The run's name, identity, provenance and requested samples, its finished chunks, its other files' SHA-256."""
+class Head(BaseModel):
+    """The run's name, requested samples, identity and provenance, and the SHA-256 of its campaign file."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -50,44 +88,54 @@ class Manifest(BaseModel):
     samples: Annotated[int, Field(ge=1)]
     identity: dict[str, Any]
     provenance: dict[str, Any]
-    chunks: list[Chunk] = []
-    files: dict[OtherFile, Digest] = {}
+    campaign: Digest
 
-    def find(self, chunk: int) -> Chunk | None:
-        """The entry of a finished chunk."""
-        return next((entry for entry in self.chunks if entry.chunk == chunk), None)
+
+ENTRIES = TypeAdapter(list[Entry])
+
+
+class Manifest:
+    """A run's head, and its files of data by their keys."""
+
+    def __init__(self, head: Head, entries: Iterable[Entry] = ()) -> None:
+        self.head = head
+        self.entries = {entry.key: entry for entry in entries}
 
     def encode(self) -> bytes:
-        """The document, ending with the SHA-256 of everything before it; the same manifest gives the same bytes."""
-        self.chunks.sort(key=lambda entry: entry.chunk)
-        document = self.model_dump() | {"files": dict(sorted(self.files.items()))}
-        return json_bytes(document | {"sha256": files.sha256(json_bytes(document))})
+        """The document; the same manifest gives the same bytes."""
+        head = json.dumps(plain(self.head.model_dump()), indent=1).removesuffix("\n}")
+        lines = ",\n  ".join(json.dumps(self.entries[key].model_dump()) for key in sorted(self.entries))
+        body = f'{head},\n "files": [\n  {lines}\n ],\n'.encode()
+        return body + _seal(body)
 
     @classmethod
-    def read(cls, folder: Path) -> Manifest:
-        """The manifest of a run folder.
-
-        FolderError where there is none, where it was changed, or where another version of rvjax wrote it.
-        """
-        path = folder / NAME
-        with files.explained(path):
-            present = path.is_file()
-        if not present:
-            raise FolderError(f"{folder}: not a run folder, it has no {NAME}; accepted: one written by `rvjax run`")
-        data = files.read(path)
-        advice = "restore it from a copy, or fly the campaign again with another --out"
+    def decode(cls, path: Path, data: bytes) -> Self:
+        """The inverse of `encode`. FolderError where the bytes, those of `path`, were changed or are of another version."""
+        body = data[: -len(_seal(b""))]
         try:
             document = json.loads(data)
             if document["format"] != FORMAT:
                 found = document["format"]
                 raise FolderError(f"{path}: format {found!r}, {FORMAT} is accepted; use the rvjax that wrote it")
             del document["sha256"]  # compared below, with everything else
-            manifest = cls.model_validate(document)
+            entries = ENTRIES.validate_python(document.pop("files"))
+            manifest = cls(Head.model_validate(document), entries)
         except (ValidationError, ValueError, KeyError, TypeError, RecursionError) as error:
-            raise FolderError(f"{path}: damaged, not a manifest; {advice}") from error
-        if manifest.encode() != data:
-            raise FolderError(f"{path}: damaged or edited, it does not match the SHA-256 at its end; {advice}")
+            raise FolderError(f"{path}: damaged, not a manifest; {REBUILD}") from error
+        if body + _seal(body) != data:
+            raise FolderError(f"{path}: damaged or edited, it does not match the SHA-256 at its end; {REBUILD}")
+        if len(manifest.entries) != len(entries):
+            raise FolderError(f"{path}: damaged, it names two files of one chunk; {REBUILD}")
         return manifest
+
+
+def _seal(body: bytes) -> bytes:
+    return f' "sha256": "{files.sha256(body)}"\n}}\n'.encode()
+
+
+def digest(identity: Mapping[str, Any]) -> str:
+    """The SHA-256 of an identity; every file of data carries it."""
+    return files.sha256(json_bytes(identity))
 
 
 def json_bytes(document: Mapping[str, Any]) -> bytes:

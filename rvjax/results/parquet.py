@@ -9,15 +9,20 @@ import io
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from rvjax.columns import Column
 
+IDENTITY = b"rvjax.identity"
+"""Where a file of data says of which run it is."""
 
-def encode(table: pd.DataFrame | pa.Table, columns: Mapping[str, Column]) -> bytes:
-    """The table as Parquet, unit, description and better direction in each field's metadata.
+
+def encode(table: pd.DataFrame | pa.Table, columns: Mapping[str, Column], identity: str = "") -> bytes:
+    """The table as Parquet, unit, description and better direction in each field's metadata. identity: digest of the run's.
 
     ValueError where a column has no description in `columns`.
     """
@@ -27,7 +32,8 @@ def encode(table: pd.DataFrame | pa.Table, columns: Mapping[str, Column]) -> byt
     if unknown:
         raise ValueError(f"columns without unit and description: {', '.join(unknown)}")
     fields = [pa.field(field.name, field.type, metadata=_metadata(columns[field.name])) for field in table.schema]
-    arrow = pa.table(table.columns, schema=pa.schema(fields))
+    run = {IDENTITY: identity.encode()} if identity else None
+    arrow = pa.table(table.columns, schema=pa.schema(fields, metadata=run))
     floats: Any = [field.name for field in arrow.schema if pa.types.is_floating(field.type)]
     others: Any = [name for name in arrow.column_names if name not in floats]
     sink = io.BytesIO()
@@ -47,6 +53,25 @@ def decode(data: bytes) -> tuple[pd.DataFrame, dict[str, Column]]:
     arrow = pq.read_table(pa.BufferReader(data), page_checksum_verification=True)
     columns = {field.name: _column(field) for field in arrow.schema}
     return arrow.to_pandas(), columns
+
+
+def same_table(one: bytes, other: bytes) -> bool:
+    """Whether two tables hold the same, bit by bit, whoever encoded them; errors as in `decode`."""
+    return _bits(one) == _bits(other)
+
+
+def _bits(data: bytes) -> dict[str, Any]:
+    columns = {name: series.to_numpy() for name, series in decode(data)[0].items()}
+    return {str(name): x.tolist() if x.dtype == object else (x.dtype, x.tobytes()) for name, x in columns.items()}
+
+
+def samples_of(data: bytes) -> tuple[str, NDArray[np.int64] | None]:
+    """The digest of the run's identity ("" where there is none), and the column `sample` of a table that has one; errors as in
+    `decode`."""
+    file = pq.ParquetFile(pa.BufferReader(data), page_checksum_verification=True)
+    identity = (file.schema_arrow.metadata or {}).get(IDENTITY, b"").decode()
+    there = "sample" in file.schema_arrow.names
+    return identity, file.read(["sample"])["sample"].to_numpy() if there else None
 
 
 def _metadata(column: Column) -> dict[str, str]:

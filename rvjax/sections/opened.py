@@ -21,7 +21,7 @@ from rvjax import check, stats
 from rvjax.check import Verdict
 from rvjax.columns import CHANNELS
 from rvjax.results import Account, Column, RunFolder
-from rvjax.results.manifest import Chunk
+from rvjax.results.manifest import Entry
 from rvjax.sections.page import Number
 from rvjax.spec import Spec
 
@@ -43,7 +43,7 @@ class Run:
     traces: Mapping[int, pd.DataFrame]
     identity: Mapping[str, Any]
     provenance: Mapping[str, Any]
-    chunks: tuple[Chunk, ...]
+    chunks: tuple[Entry, ...]
 
     @property
     def flown(self) -> int:
@@ -140,7 +140,7 @@ def open_run(path: str | Path) -> Run:
         account=folder.account(),
         verdicts=check.judge_all(campaign.require, table),
         envelopes=folder.envelopes(),
-        traces=folder.traces(),
+        traces={sample: folder.trace(sample) for sample in folder.trace_samples()},
         identity=folder.identity,
         provenance=folder.provenance,
         chunks=folder.chunks,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -174,7 +175,7 @@ def reported(place: Path, all_texts: Sequence[str], file_texts: Sequence[str], n
         folder.commit(0, frame, columns)
         histories = whole.envelopes()
         folder.write_envelope(0, histories, {name: Column(name, first, first) for name in histories.columns})
-        for sample, trace in whole.traces().items():
+        for sample, trace in ((sample, whole.trace(sample)) for sample in whole.trace_samples()):
             folder.write_trace(sample, trace, {name: Column(name, first, first) for name in trace.columns})
     build(place)
     return place
@@ -313,6 +314,9 @@ def test_no_path_leads_out_of_the_run_folder(tmp_path: Path, figure: Callable[[s
                 refused += 1
     assert tree(tmp_path, run) == before
     assert not Path("/x").exists()
+    shutil.rmtree(run / "figures")  # of which no report has noted anything
+    for name in ("report.html", "report.md", "summary.json"):
+        (run / name).unlink(missing_ok=True)
     RunFolder.open(run).verify()
     assert len(PATHS) < refused < 2 * len(texts())
     figure(f"names of files: {2 * len(texts())}; {refused} refused; 0 written outside the run folder")

@@ -46,17 +46,33 @@ def chunk(index: int, requested: int) -> pd.DataFrame:
     )
 
 
-def history(index: int) -> pd.DataFrame:
-    """Two instants of a chunk's first sample."""
-    return pd.DataFrame({"sample": [index * LANES] * 2, "t_s": [0.0, 1.0], "rho_m": [5.0 + index, -0.0]})
+def history(index: int, requested: int = 10) -> pd.DataFrame:
+    """Two instants of a chunk's samples."""
+    sample = np.repeat(np.arange(index * LANES, min(requested, (index + 1) * LANES)), 2)
+    return pd.DataFrame({"sample": sample, "t_s": np.resize([0.0, 1.0], sample.size), "rho_m": np.where(sample % 2, 5.0, -0.0)})
+
+
+def lacking(folder: RunFolder, requested: int = 10) -> list[int]:
+    """The chunks that are missing, damaged ones among them, as a run finds out."""
+    count = -(-requested // LANES)
+    folder.weed(["envelopes", "traces"])
+    for _ in folder.sift([entry.number for entry in folder.chunks]):
+        pass
+    return folder.missing(count, envelopes=count)
 
 
 def fly(folder: RunFolder, requested: int = 10) -> None:
     """Flies what is missing, as a run does."""
-    for index in folder.missing(-(-requested // LANES)):
-        folder.write_envelope(index, history(index), COLUMNS)
+    for index in lacking(folder, requested):
+        folder.write_envelope(index, history(index, requested), COLUMNS)
         folder.commit(index, chunk(index, requested), COLUMNS)
     folder.write_trace(3, history(0).drop(columns="sample"), COLUMNS)
+
+
+def only(path: Path, stem: str) -> Path:
+    """The one file of data whose name begins so."""
+    (found,) = path.glob(f"{stem}-*.parquet")
+    return found
 
 
 def create(path: Path, requested: int = 10) -> RunFolder:

@@ -31,8 +31,9 @@ class Disk:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, fails: int, error: int | None) -> None:
         self.calls, self.fails, self.error = 0, fails, error
-        for name in ("link", "replace", "rename", "fsync", "mkdir", "unlink"):
+        for name in ("link", "replace", "rename", "fsync", "mkdir", "unlink", "ftruncate"):
             monkeypatch.setattr(os, name, self.watched(getattr(os, name)))
+        monkeypatch.setattr(os, "write", self.torn(os.write))
         opened = Path.open
         monkeypatch.setattr(Path, "open", lambda path, mode="r": Torn(self, self.watched(opened)(path, mode)))
 
@@ -40,6 +41,16 @@ class Disk:
         def step(*arguments: Any, **options: Any) -> Any:
             self.step()
             return call(*arguments, **options)
+
+        return step
+
+    def torn(self, write: Callable[..., int]) -> Callable[..., int]:
+        """A write that may stop half-way."""
+
+        def step(handle: int, data: bytes) -> int:
+            write(handle, data[: len(data) // 2])
+            self.step()
+            return len(data) // 2 + write(handle, data[len(data) // 2 :])
 
         return step
 
@@ -104,8 +115,8 @@ def outcome(path: Path) -> BaseException | None:
 def test_any_failing_call_keeps_what_was_committed(tmp_path: Path, error: int | None) -> None:
     """Every call site in turn, with an errno or as the process's end; then the run goes on to the same files.
 
-    The manifest is flushed per chunk, so that there is something to keep. Kills: writing in place, a manifest before
-    its file, a temporary file taken for a chunk, a raw OSError, a lock that outlives its owner.
+    Kills: writing in place, a line of the journal before its file, half a line left in front of the next one, a temporary
+    file taken for a chunk, a raw OSError, a lock that outlives its owner.
     """
     attempt(tmp_path / "whole")
     whole = {path.name: path.read_bytes() for path in (tmp_path / "whole").rglob("*") if path.is_file()}
@@ -114,7 +125,6 @@ def test_any_failing_call_keeps_what_was_committed(tmp_path: Path, error: int | 
         fails += 1
         path = tmp_path / f"{fails}"
         with pytest.MonkeyPatch.context() as monkeypatch:
-            monkeypatch.setattr("rvjax.results.folder.FLUSH_S", 0.0)
             disk = Disk(monkeypatch, fails, error)
             caught = outcome(path)
         interrupted = disk.calls >= fails

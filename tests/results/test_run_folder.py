@@ -15,11 +15,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rvjax.errors import FolderError, IncompleteError, UsageError
+from rvjax.errors import FolderError, IncompleteError
 from rvjax.results import Account, Column, RunFolder, files
 from rvjax.results.parquet import decode, encode
 
-from .conftest import COLUMNS, IDENTITY, LANES, chunk, create, fly, history, resume
+from .conftest import COLUMNS, IDENTITY, chunk, create, history, only
 
 # --- what goes in comes out -----------------------------------------------------------------------------------------
 
@@ -34,11 +34,11 @@ def test_round_trip_keeps_every_bit_and_its_meaning(finished: Path) -> None:
     assert {name: found.columns[name] for name in COLUMNS if name in found.frame} == {
         name: column for name, column in COLUMNS.items() if name in found.frame
     }
-    assert np.signbit(folder.envelopes()["rho_m"].to_numpy()).tolist() == [False, True] * 3
-    assert list(folder.traces()) == [3]
+    assert np.signbit(folder.envelopes()["rho_m"].to_numpy()).tolist() == [True, True, False, False] * 5
+    assert folder.trace_samples() == [3]
     assert folder.campaign_text() == "rvjax: 1\n"
     assert (folder.name, folder.identity, folder.requested) == ("small", IDENTITY, 10)
-    arrow = pq.read_table(finished / "samples" / "00000.parquet")
+    arrow = pq.read_table(only(finished, "samples/00000"))
     assert arrow["metric.settling_time_s"].null_count == 0
     assert arrow.schema.field("metric.settling_time_s").metadata == {
         b"unit": b"s",
@@ -70,10 +70,11 @@ def test_rows_come_in_the_order_of_the_samples(tmp_path: Path) -> None:
 def test_manifest_is_one_document_as_the_contract_says(finished: Path) -> None:
     """Kills: a changed key of the public format."""
     document = json.loads((finished / "manifest.json").read_text())
-    assert list(document) == ["format", "name", "samples", "identity", "provenance", "chunks", "files", "sha256"]
-    entry = document["chunks"][2]
-    digest = files.sha256((finished / "samples" / "00002.parquet").read_bytes())
-    assert entry == {"chunk": 2, "file": "samples/00002.parquet", "first": 8, "count": 2, "sha256": digest}
+    assert list(document) == ["format", "name", "samples", "identity", "provenance", "campaign", "files", "sha256"]
+    (entry,) = (entry for entry in document["files"] if entry["file"].startswith("samples/00002"))
+    data = only(finished, "samples/00002").read_bytes()
+    name = f"samples/00002-{files.sha256(data)[:16]}.parquet"
+    assert entry == {"file": name, "sha256": files.sha256(data), "bytes": len(data), "first": 8, "count": 2}
 
 
 def test_account_adds_up_over_all_that_was_requested(tmp_path: Path, finished: Path) -> None:
@@ -110,128 +111,6 @@ def test_summary_is_strict_json(finished: Path) -> None:
     assert json.loads(text, parse_constant=pytest.fail) == {"share": 0.5, "band": [None, None], "list": [0, 1], "n": 3}
 
 
-# --- resuming -------------------------------------------------------------------------------------------------------
-
-
-def test_resume_refuses_another_identity_and_says_where(finished: Path) -> None:
-    """Kills: a comparison of hashes, which cannot say what differs; parts that only one side has."""
-    other = {"campaign": "cd34", "device": {"kind": "gpu"}, "lanes": [LANES], "precision": "float32"}
-    with pytest.raises(FolderError) as caught:
-        resume(finished, 10, other)
-    assert str(caught.value).splitlines()[1:] == [
-        'campaign: the folder has "ab12", this run has "cd34"',
-        'device.kind: the folder has "cpu", this run has "gpu"',
-        'precision: the folder has nothing, this run has "float32"',
-        "seed: the folder has 7, this run has nothing",
-    ]
-    with pytest.raises(UsageError, match="10 samples were requested before, now 9; go on with --samples 10 or more"):
-        resume(finished, 9)
-
-
-def test_more_samples_fly_only_what_is_new_and_what_was_cut_short(tmp_path: Path, finished: Path) -> None:
-    """Kills: a last chunk that stays short, one that is flown again although it was full."""
-    with resume(finished, 16) as folder:
-        assert folder.missing(4) == [2, 3]
-        fly(folder, 16)
-    with create(tmp_path / "whole", 16) as folder:
-        fly(folder, 16)
-    assert (finished / "manifest.json").read_bytes() == (tmp_path / "whole" / "manifest.json").read_bytes()
-    with resume(finished, 16) as folder:
-        assert folder.missing(4) == []
-
-
-def test_a_whole_last_chunk_stays_when_samples_grow(tmp_path: Path) -> None:
-    """Kills: a chunk flown again although all its lanes hold samples."""
-    with create(tmp_path / "run", 8) as folder:
-        fly(folder, 8)
-    with resume(tmp_path / "run", 16) as folder:
-        assert folder.missing(4) == [2, 3]
-    assert not (tmp_path / "run" / "quarantine").exists()
-
-
-def test_what_is_no_part_of_the_identity_is_what_was_said_last(finished: Path) -> None:
-    """Requirements may change between two runs of one campaign. Kills: verdicts on the old ones; a damaged campaign file that
-    nothing repairs; the first start forgotten."""
-    (finished / "campaign.yaml").write_text("rvjax: 2\n")
-    with pytest.raises(FolderError, match="damaged or edited"):
-        RunFolder.open(finished).campaign_text()
-    with resume(finished, 10, text="rvjax: 1\nrequire: []\n", command="rvjax run --again") as folder:
-        assert folder.missing(3) == []
-    again = RunFolder.open(finished)
-    assert again.campaign_text() == "rvjax: 1\nrequire: []\n"
-    assert again.provenance["command"] == "rvjax run --again"
-    again.verify()
-
-
-def test_dropped_traces_are_gone(finished: Path) -> None:
-    with RunFolder.open(finished) as folder:
-        folder.drop_traces([3])
-    assert RunFolder.open(finished).traces() == {}
-    assert not list((finished / "traces").iterdir())
-
-
-def test_damaged_chunk_is_set_aside_and_flown_again(finished: Path) -> None:
-    """Also with its histories or its trace damaged. Kills: trusting a file by its name."""
-    before = (finished / "manifest.json").read_bytes()
-    for name, missing in (("samples/00001", [1]), ("envelopes/00002", [2]), ("traces/sample-0000003", [])):
-        path = finished / f"{name}.parquet"
-        path.write_bytes(path.read_bytes()[:-1])
-        with resume(finished, 10) as folder:
-            assert folder.missing(3) == missing
-            fly(folder)
-        assert (finished / "manifest.json").read_bytes() == before
-        RunFolder.open(finished).verify()
-    assert len(list((finished / "quarantine").iterdir())) == 5
-
-
-def test_first_of_two_writers_wins(finished: Path) -> None:
-    """The same bytes are welcome twice, others are an alarm. Kills: os.replace for os.link."""
-    path = finished / "samples" / "00000.parquet"
-    inode = path.stat().st_ino
-    with RunFolder.open(finished) as folder:
-        folder.commit(0, chunk(0, 10), COLUMNS)
-        assert path.stat().st_ino == inode
-        with pytest.raises(FolderError, match="the same identity must give the same bytes"):
-            folder.commit(0, chunk(0, 10).assign(outcome="captured"), COLUMNS)
-        assert path.stat().st_ino == inode
-        assert len(folder.chunks) == 3
-    assert not files.publish(path, b"other")
-    assert files.publish(path, path.read_bytes())
-
-
-def test_file_that_never_reached_the_manifest_gives_way(tmp_path: Path) -> None:
-    """What a stopped run left may be cut short. Kills: adopting it, being stopped by it."""
-    with create(tmp_path / "run") as folder:
-        (tmp_path / "run" / "samples").mkdir()
-        (tmp_path / "run" / "samples" / "00000.parquet").write_bytes(b"left over")
-        fly(folder)
-        folder.verify()
-        assert folder.account().missing == 0
-
-
-def test_one_process_writes_at_a_time(finished: Path) -> None:
-    """Readers may come any time. Kills: two runs that overwrite each other's manifest."""
-    with resume(finished, 10):
-        with pytest.raises(UsageError, match="another process is writing"):
-            resume(finished, 10)
-        RunFolder.open(finished).verify()
-    with resume(finished, 10):
-        pass
-
-
-def test_manifest_is_rewritten_at_most_once_a_second(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Kills: a rewrite per chunk (quadratic), none before the end."""
-    now = 0.0
-    monkeypatch.setattr("rvjax.results.folder.time.monotonic", lambda: now)
-    with create(tmp_path / "run", 40) as folder:
-        on_disk: list[int] = []
-        for index in range(6):
-            now += 0.4
-            folder.commit(index, chunk(index, 40), COLUMNS)
-            on_disk.append(len(RunFolder.open(tmp_path / "run").chunks))
-    assert on_disk == [0, 0, 3, 3, 3, 6]
-
-
 # --- damage ---------------------------------------------------------------------------------------------------------
 
 
@@ -241,11 +120,13 @@ def test_no_damage_goes_unnoticed(finished: Path) -> None:
     Kills: trusting sizes or page checksums, a manifest that does not cover itself.
     """
     targets = [path for path in finished.rglob("*") if path.is_file()]
-    assert len(targets) == 1 + 1 + 3 + 3 + 1
+    assert len(targets) == 2 + 1 + 3 + 3 + 1
     generator = np.random.default_rng(1)
     for path in targets:
         good = path.read_bytes()
-        damaged: list[bytes | None] = [None, b"", good[: len(good) // 2], good[:-1], good + b" ", bytes(len(good))]
+        damaged: list[bytes | None] = [None, b"", good[: len(good) // 2], good[:-1], bytes(len(good))]
+        if path.name != "journal.jsonl":  # there it is a line cut short
+            damaged.append(good + b" ")
         for place in generator.integers(len(good), size=44):
             flipped = bytearray(good)
             flipped[place] ^= 1 << int(generator.integers(8))
@@ -262,7 +143,7 @@ def test_no_damage_goes_unnoticed(finished: Path) -> None:
 
 def test_damage_message_says_what_was_expected_found_and_helps(finished: Path) -> None:
     """Through the reader, not only `verify`. Kills: reading without comparing."""
-    path = finished / "samples" / "00001.parquet"
+    path = only(finished, "samples/00001")
     good, bad = path.read_bytes(), path.read_bytes()[:-1]
     path.write_bytes(bad)
     with pytest.raises(FolderError) as caught:
@@ -291,9 +172,9 @@ def test_pages_carry_checksums() -> None:
         ("", "damaged, not a manifest"),
         ("[]", "damaged, not a manifest"),
         ("{}", "damaged, not a manifest"),
-        ('{"format": 2}', "format 2, 1 is accepted"),
+        ('{"format": 1}', "format 1, 2 is accepted"),
         ("[" * 100_000, "damaged, not a manifest"),
-        ('{"format": 1, "chunks": [{"file": "../x"}], "sha256": ""}', "damaged, not a manifest"),
+        ('{"format": 2, "files": [{"file": "../x"}], "sha256": ""}', "damaged, not a manifest"),
     ],
 )
 def test_a_manifest_that_is_none_is_refused(finished: Path, text: str, complaint: str) -> None:
@@ -308,7 +189,7 @@ def test_manifest_cannot_point_out_of_the_folder(finished: Path) -> None:
     path = finished / "manifest.json"
     document = json.loads(path.read_text())
     del document["sha256"]
-    document["chunks"][0]["file"] = "samples/../../secret.parquet"
+    document["files"][0]["file"] = "samples/../../secret.parquet"
     body = (json.dumps(document, indent=1) + "\n").encode()
     path.write_text(json.dumps(document | {"sha256": files.sha256(body)}, indent=1) + "\n")
     with pytest.raises(FolderError, match="not a manifest"):
@@ -346,7 +227,9 @@ def test_no_name_writes_outside(finished: Path, name: str) -> None:
     assert [entry.name for entry in finished.parent.iterdir()] == ["run"]
 
 
-@pytest.mark.parametrize("name", ["manifest.json", "./manifest.json", "samples/00000.parquet", "campaign.yaml", "traces/x"])
+@pytest.mark.parametrize(
+    "name", ["manifest.json", "./manifest.json", "samples/x", "traces/x", "journal.jsonl", "SHA256SUMS", "campaign.yaml"]
+)
 def test_data_are_never_overwritten_by_a_report(finished: Path, name: str) -> None:
     """Kills: a figure that replaces a chunk."""
     with pytest.raises(FolderError, match="holds data of the run"):
@@ -374,7 +257,7 @@ def test_columns_that_change_between_chunks_are_named(tmp_path: Path) -> None:
         folder.commit(0, chunk(0, 10), COLUMNS)
         folder.commit(1, chunk(1, 10).drop(columns="draw.mass_kg"), COLUMNS)
         changed = COLUMNS | {"outcome_time_s": Column("outcome_time_s", "ms", "when")}
-        with pytest.raises(FolderError, match=r"00001.parquet: other columns than in .*00000.parquet: draw.mass_kg"):
+        with pytest.raises(FolderError, match=r"00001-.*: other columns than in .*00000-.*: draw.mass_kg"):
             folder.samples()
         folder.commit(2, chunk(2, 10), changed)
 

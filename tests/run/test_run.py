@@ -91,7 +91,8 @@ def test_replay_of_a_sample_that_is_not_there(flown: Path) -> None:
 
 
 def test_worst_traces_are_kept_and_thinned(flown: Path) -> None:
-    traces = RunFolder.open(flown).traces()
+    folder = RunFolder.open(flown)
+    traces = {sample: folder.trace(sample) for sample in folder.trace_samples()}
     assert len(traces) == 10
     assert all(len(trace) == 401 for trace in traces.values())
 
@@ -128,9 +129,10 @@ def test_kept_traces_are_those_of_the_worst_samples(tmp_path: Path) -> None:
     """A folder that grows from 5 to 60 samples. Kills: traces of samples that are no longer among the worst; a trace whose bits
     depend on the samples it is flown beside."""
     run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=5"])
-    first = RunFolder.open(tmp_path / "run").traces()
+    folder = RunFolder.open(tmp_path / "run")
+    first = {sample: folder.trace(sample) for sample in folder.trace_samples()}
     run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=60"])
-    kept = RunFolder.open(tmp_path / "run").traces()
+    kept = set(RunFolder.open(tmp_path / "run").trace_samples())
     opened = open_run(tmp_path / "run")
     assert set(kept) == {int(opened.frame["sample"].iloc[row]) for row in worst_first(opened)[:10]}
     for sample in list(first)[:2]:

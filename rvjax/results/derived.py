@@ -1,0 +1,42 @@
+"""What was made from the data (report, summary, figures) and its SHA-256, in the form that `sha256sum -c SHA256SUMS` reads."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from rvjax.results import files
+
+NAME = "SHA256SUMS"
+
+_MADE = re.compile(r"report\.html|report\.md|summary\.json|figures/.+")
+_LINE = re.compile(r"([0-9a-f]{64})  (\S.*)")
+_ADVICE = "`rvjax report` makes it again"
+
+
+def seal(root: Path, made: Mapping[str, str]) -> None:
+    """Notes the SHA-256 of files by their names."""
+    files.replace(root / NAME, "".join(f"{digest}  {name}\n" for name, digest in sorted(made.items())).encode())
+
+
+def complaints(root: Path) -> list[str]:
+    """One for each file that is not as it was made; none where nothing was made."""
+    path = root / NAME
+    there = {name for name in files.listing(root, ("figures",), sweep=False) if _MADE.fullmatch(name)}
+    with files.explained(path):
+        present = path.is_file()
+    if not present:
+        return [f"{path}: missing, so nothing says whether the report is whole; {_ADVICE}"] if there else []
+    data = files.read(path)
+    lines = [_LINE.fullmatch(line) for line in data.decode(errors="replace").splitlines()]
+    noted = {match[2]: match[1] for match in lines if match}
+    if None in lines or not data.endswith(b"\n") or any(not _MADE.fullmatch(name) for name in noted):
+        return [f"{path}: damaged or edited; {_ADVICE}"]
+    found: list[str] = []
+    for name in sorted(there | noted.keys()):
+        if name not in there:
+            found.append(f"{root / name}: missing, but {NAME} names it; {_ADVICE}")
+        elif noted.get(name) != files.sha256(files.read(root / name)):
+            found.append(f"{root / name}: damaged or edited, it is not what {NAME} says; {_ADVICE}")
+    return found

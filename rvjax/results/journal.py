@@ -1,0 +1,122 @@
+"""The journal: what was committed since the manifest was written, one line for each file of data.
+
+Its first line is the run's head and the SHA-256 of the manifest that it goes on from, its base; a journal with another base is
+one whose lines that manifest has taken in. Every line begins with a check of the rest of it: `["<16 digits>", …]`. A line is on
+the disk (fsync) before the next chunk is committed. A last line without its end is what a stopped process left; its file is
+found again by its name.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from pathlib import Path
+from typing import Any, Self
+
+from pydantic import ValidationError
+
+from rvjax.errors import FolderError
+from rvjax.results import files
+from rvjax.results.manifest import ENTRIES, REBUILD, Entry, Head, Manifest, plain
+from rvjax.results.manifest import NAME as MANIFEST
+
+NAME = "journal.jsonl"
+
+_CHECK = len('["0123456789abcdef", ')
+
+
+class Journal:
+    """The manifest and the journal of a run folder, as one: read, added to, folded together."""
+
+    def __init__(self, root: Path, manifest: Manifest) -> None:
+        self.root, self.manifest = root, manifest
+        self._handle: int | None = None
+        self._length = 0
+
+    @classmethod
+    def read(cls, root: Path) -> Self:
+        """What is on the disk. FolderError where it is no run folder, or either file was changed or is missing."""
+        path = root / MANIFEST
+        with files.explained(path):
+            present = path.is_file()
+        if not present:
+            raise FolderError(f"{root}: not a run folder, it has no {MANIFEST}; accepted: one written by `rvjax run`")
+        data = files.read(path)
+        manifest = Manifest.decode(path, data)
+        base, _, entries = _decode(root / NAME)
+        if base == files.sha256(data):
+            for entry in entries:
+                manifest.entries[entry.key] = entry
+        return cls(root, manifest)
+
+    def add(self, entry: Entry) -> None:
+        """Adds a file; on the disk when this returns. Only after `fold`."""
+        line = _line(entry.model_dump())
+        with files.explained(self.root / NAME):
+            assert self._handle is not None
+            try:
+                if os.write(self._handle, line) < len(line):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+                os.fsync(self._handle)
+            except OSError:
+                os.ftruncate(self._handle, self._length)  # no half line before the next one
+                raise
+        self._length += len(line)
+        self.manifest.entries[entry.key] = entry
+
+    def fold(self) -> None:
+        """Writes the manifest with all that there is, and an empty journal that goes on from it: in this order, so that nothing
+        is lost in between; a new folder gets its manifest last, and is none before."""
+        self.close()
+        data = self.manifest.encode()
+        head = _line({"base": files.sha256(data), "head": plain(self.manifest.head.model_dump())})
+        new = {MANIFEST: data, NAME: head}
+        for name in new if (self.root / MANIFEST).exists() else reversed(new):
+            files.replace(self.root / name, new[name])
+        with files.explained(self.root / NAME):
+            self._handle = os.open(self.root / NAME, os.O_WRONLY | os.O_APPEND)
+        self._length = len(head)
+
+    def close(self) -> None:
+        """Closes the file."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
+
+
+def head_of(root: Path) -> Head:
+    """The head of the run, from whichever of the two files is whole; FolderError where neither is."""
+    try:
+        return Manifest.decode(root / MANIFEST, files.read(root / MANIFEST)).head
+    except FolderError as error:
+        try:
+            return _decode(root / NAME, 1)[1]
+        except FolderError:
+            raise FolderError(
+                f"{root}: neither {MANIFEST} nor {NAME} is whole, so nothing says what was flown here; "
+                "restore one of them from a copy, or fly the campaign again with another --out"
+            ) from error
+
+
+def _line(value: dict[str, Any]) -> bytes:
+    return _checked(json.dumps(value, allow_nan=False).encode())
+
+
+def _checked(text: bytes) -> bytes:
+    return b'["' + files.sha256(text)[:16].encode() + b'", ' + text + b"]\n"
+
+
+def _decode(path: Path, at_most: int | None = None) -> tuple[str, Head, list[Entry]]:
+    """Base, head and entries; FolderError where a line was changed or the first is missing. at_most: of so many lines."""
+    with files.explained(path):
+        present = path.is_file()
+    lines = files.read(path).split(b"\n")[:-1][:at_most] if present else []
+    try:
+        for number, line in enumerate(lines, start=1):
+            if _checked(line[_CHECK:-1]) != line + b"\n":
+                raise FolderError(f"{path}: damaged or edited in line {number}; {REBUILD}")
+        first, *others = (json.loads(line[_CHECK:-1]) for line in lines)
+        return str(first["base"]), Head.model_validate(first["head"]), ENTRIES.validate_python(others)
+    except (ValidationError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise FolderError(f"{path}: {'damaged, no journal' if present else 'missing'}; {REBUILD}") from error
