@@ -54,8 +54,13 @@ def provenance(command: Sequence[str], overrides: Sequence[str]) -> dict[str, An
         "python": sys.version.split()[0],
         "system": f"{platform.system()} {platform.machine()}",
         "cores": process.cores(),
-        "packages": {name: version(name) for name in ("jax", "jaxlib", "matplotlib", "numpy", "pandas", "pyarrow", "scipy")},
+        "packages": packages(),
     }
+
+
+def packages() -> dict[str, str]:
+    """The versions of the packages that fly, tabulate and draw."""
+    return {name: version(name) for name in ("jax", "jaxlib", "matplotlib", "numpy", "pandas", "pyarrow", "scipy")}
 
 
 def _foreign(problem: Problem) -> dict[str, str]:

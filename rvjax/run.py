@@ -88,7 +88,7 @@ def _fly_missing(pilot: Pilot, folder: RunFolder, crew: Crew, progress: Progress
         done += parcel.samples
         progress(done, samples)
 
-    with crew(pilot) as executor:
+    with crew(pilot, folder) as executor:
         executor.fly(missing, keep)
 
 

@@ -33,6 +33,9 @@ Samples = Annotated[int | None, typer.Option("--samples", min=1, help="Number of
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed, instead of the campaign's.")]
 Campaign = Annotated[Path, typer.Argument(metavar="FILE", help="A campaign file.")]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A run folder.")]
+Dask = Annotated[
+    str | None, typer.Option("--dask", metavar="WHERE", help="Fly on Dask workers: tcp://scheduler:8786, or local:N processes.")
+]
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="The run folder; default reports/<name>/<identity>.")]
 
 

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from rvjax.cli.app import Campaign, Folder, Json, Out, Quiet, Samples, Seed, Sets, Terminated, app, overrides
+from rvjax.cli.app import Campaign, Dask, Folder, Json, Out, Quiet, Samples, Seed, Sets, Terminated, app, overrides
 from rvjax.cli.output import Output, say, verdict_documents
 from rvjax.errors import IncompleteError
 
@@ -22,11 +22,12 @@ def run(
     samples: Samples = None,
     seed: Seed = None,
     sets: Sets = None,
+    dask: Dask = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
     """Fly a campaign into a run folder, write the report, print the verdicts. Again on the same folder: resumes."""
-    return fly(file, out, overrides(sets, samples, seed), Output(as_json, quiet))
+    return fly(file, out, overrides(sets, samples, seed), Output(as_json, quiet), dask)
 
 
 @app.command()
@@ -76,18 +77,26 @@ def replay(
     return 0
 
 
-def fly(file: Path, out: Path | None, given: list[str], output: Output) -> int:
+def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: str | None = None) -> int:
     """Flies a campaign and judges it; when stopped, says what is kept and how to go on."""
+    from rvjax.executors.inline import inline
     from rvjax.run import run as fly_campaign
+
+    crew = inline
+    if dask is not None:
+        from rvjax.executors.dask import parse, workers
+
+        crew = workers(parse(dask), output.note)
 
     started = time.monotonic()
     folder: list[Path] = []
     try:
         with output.progress() as progress:
-            fly_campaign(file, out, given, progress, sys.argv, opened=folder.append)
+            fly_campaign(file, out, given, progress, sys.argv, opened=folder.append, crew=crew)
     except (KeyboardInterrupt, Terminated, IncompleteError):
         if folder:
             again = ["rvjax", "run", str(file), "--out", str(folder[0]), *(part for one in given for part in ("--set", one))]
+            again += [] if dask is None else ["--dask", dask]
             say(f"stopped; what was flown is kept in {folder[0]}. Go on with\n  {shlex.join(again)}", sys.stderr)
             output.document({"stopped": str(folder[0]), "go_on_with": again})
         raise

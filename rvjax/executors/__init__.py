@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager
 from typing import Protocol
 
 from rvjax.pilot import Parcel, Pilot
+from rvjax.results import RunFolder
 
 
 class Executor(Protocol):
@@ -21,5 +22,5 @@ class Executor(Protocol):
         ...
 
 
-Crew = Callable[[Pilot], AbstractContextManager[Executor]]
-"""How to get an executor for a pilot's campaign; it is given up again on leaving the context."""
+Crew = Callable[[Pilot, RunFolder], AbstractContextManager[Executor]]
+"""How to get an executor for a pilot's campaign, flown into a folder; it is given up again on leaving the context."""

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 
 from rvjax.batch import streams
 from rvjax.pilot import Parcel, Pilot
+from rvjax.results import RunFolder
 
 
 class Inline:
@@ -38,6 +39,7 @@ class Inline:
 
 
 @contextmanager
-def inline(pilot: Pilot) -> Generator[Inline, None, None]:
+def inline(pilot: Pilot, folder: RunFolder) -> Generator[Inline, None, None]:
     """The default crew."""
+    del folder
     yield Inline(pilot)

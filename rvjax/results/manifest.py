@@ -154,11 +154,13 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def differences(found: Mapping[str, Any], expected: Mapping[str, Any]) -> list[str]:
-    """One line per part in which two identities differ: its dotted path and both values."""
+def differences(
+    found: Mapping[str, Any], expected: Mapping[str, Any], theirs_is: str = "the folder", ours_is: str = "this run"
+) -> list[str]:
+    """One line per part in which two identities differ: its dotted path and both values, each with whose it is."""
     theirs, ours = _leaves(plain(found)), _leaves(plain(expected))
     return [
-        f"{path}: the folder has {theirs.get(path, 'nothing')}, this run has {ours.get(path, 'nothing')}"
+        f"{path}: {theirs_is} has {theirs.get(path, 'nothing')}, {ours_is} has {ours.get(path, 'nothing')}"
         for path in sorted(ours.keys() | theirs.keys())
         if ours.get(path) != theirs.get(path)
     ]

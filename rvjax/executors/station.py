@@ -1,0 +1,116 @@
+"""Station: what a Dask worker flies a campaign's chunks with. One for each worker process and campaign.
+
+It is sent to every worker, also to those that come later, and made ready in a worker's thread by the first task, before JAX
+starts there. A worker that would fly other bits than the client (other versions, code, processor or settings) says so and flies
+nothing.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Lock
+from typing import Any, cast
+
+from distributed import Worker, WorkerPlugin, get_worker
+
+from rvjax import process
+from rvjax.campaign import load
+from rvjax.errors import RvjaxError
+from rvjax.identity import identity, packages
+from rvjax.pilot import Parcel, Pilot
+from rvjax.results import CAMPAIGN
+from rvjax.results.manifest import differences
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be flown, as text and numbers. folder: the run folder's path at the client; token: name of a file in it, by
+    which a worker that has the folder at the same path recognises it."""
+
+    campaign: str
+    overrides: tuple[str, ...]
+    identity: Mapping[str, Any]
+    packages: Mapping[str, str]
+    folder: str
+    token: str
+
+
+@dataclass(frozen=True)
+class Unlike:
+    """A worker that flies nothing: its address, and why."""
+
+    worker: str
+    why: str
+
+
+class Station(WorkerPlugin):
+    """The plugin of a worker; `name` is the campaign's at the scheduler."""
+
+    def __init__(self, order: Order) -> None:
+        self.order = order
+        self.name = f"rvjax{order.token}"
+
+    def setup(self, worker: Worker) -> None:
+        """Called at the worker when it gets the plugin."""
+        self._address = str(worker.address)
+        self._making = Lock()
+        self._pilot: Pilot | Unlike | None = None
+
+    def teardown(self, worker: Worker) -> None:
+        """Called at the worker when the campaign is over: flights that nobody waits for end."""
+        del worker
+        if isinstance(self._pilot, Pilot):
+            self._pilot.flyer.stop()
+
+    def pilot(self) -> Pilot | Unlike:
+        """The campaign's pilot in this process; made once."""
+        with self._making:
+            if self._pilot is None:
+                try:
+                    self._pilot = self._make()
+                except (RvjaxError, ImportError, OSError) as error:
+                    self._pilot = Unlike(self._address, str(error))
+            return self._pilot
+
+    def _make(self) -> Pilot | Unlike:
+        order = self.order
+        with tempfile.TemporaryDirectory() as place:
+            path = Path(place) / CAMPAIGN
+            path.write_text(order.campaign)
+            problem = load(path, order.overrides)
+        process.configure(problem.spec.precision)
+        mine = identity(problem)
+        unlike = differences(order.identity, mine, "the client", "the worker")
+        unlike += differences({"packages": order.packages}, {"packages": packages()}, "the client", "the worker")
+        return Unlike(self._address, "\n".join(unlike)) if unlike else Pilot(problem, mine)
+
+    def fly(self, chunk: int) -> Parcel | Unlike:
+        """Flies a chunk; its files are written into the run folder where this worker sees it, else they are sent."""
+        pilot = self.pilot()
+        if isinstance(pilot, Unlike):
+            return pilot
+        if process.precision() != pilot.problem.spec.precision:
+            return Unlike(self._address, f"another campaign flies there in {process.precision()}")
+        parcel = pilot.parcel(chunk)
+        folder = Path(self.order.folder)
+        if (folder / self.order.token).is_file():
+            return parcel._replace(files=tuple(file.put(folder) for file in parcel.files))
+        return parcel
+
+
+def fly(name: str, chunk: int) -> Parcel | Unlike:
+    """The task of a chunk."""
+    return _station(name).fly(chunk)
+
+
+def ready(name: str) -> Unlike | None:
+    """The task by which a worker says whether it flies the client's bits."""
+    pilot = _station(name).pilot()
+    return pilot if isinstance(pilot, Unlike) else None
+
+
+def _station(name: str) -> Station:
+    return cast("Station", get_worker().plugins[name])
