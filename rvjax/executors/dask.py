@@ -10,9 +10,12 @@ in, so only one process writes the journal.
 
 from __future__ import annotations
 
+import logging
 import time
 import uuid
+from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from queue import Empty, Queue
@@ -22,7 +25,7 @@ from rvjax import process
 from rvjax.batch import LANES
 from rvjax.errors import IncompleteError, UsageError
 from rvjax.executors import Crew
-from rvjax.executors.station import Order, Station, Unlike, fly, ready
+from rvjax.executors.station import Failed, Order, Station, Unlike, fly, ready
 from rvjax.identity import packages
 from rvjax.pilot import Parcel, Pilot
 from rvjax.results import RunFolder
@@ -36,7 +39,8 @@ AHEAD = 2
 """Chunks in flight for each thread of the workers: one flies, one waits."""
 
 RETRIES = 2
-"""Of a chunk whose task fails; a chunk whose worker dies goes to another one, `distributed.scheduler.allowed-failures` times."""
+"""Of a chunk whose flight raises an error. When its worker dies, it is Dask that gives it to others: as often as
+`distributed.scheduler.allowed-failures` says."""
 
 MOST_LOST = 3
 """After so many chunks that cannot be flown nothing else is tried."""
@@ -70,6 +74,7 @@ def workers(place: int | str, say: Say) -> Crew:
     @contextmanager
     def crew(pilot: Pilot, folder: RunFolder) -> Generator[Workers, None, None]:
         with ExitStack() as stack:
+            stack.enter_context(_silence())
             client = stack.enter_context(_client(place, stack))
             say(f"Dask: {client.dashboard_link or 'no dashboard'}")
             token = f".workers.{uuid.uuid4().hex}"  # a name that is swept up where this process is killed
@@ -109,7 +114,7 @@ class Workers:
 
     def _fly(self, todo: Iterator[int], ahead: int, take: Callable[[Parcel], None], lost: dict[int, str]) -> dict[int, str]:
         """Flies what is to do, and returns the chunks whose workers died: at most `MOST_SUSPECT`, the rest is still to do."""
-        flying, suspects = dict[int, Future](), dict[int, str]()
+        flying, failures, suspects = dict[int, Future](), Counter[int](), dict[int, str]()
         done: Queue[int] = Queue()
         try:
             while True:
@@ -119,17 +124,25 @@ class Workers:
                 if not flying:
                     return suspects
                 chunk = self._next(done)
-                found = self._outcome(flying.pop(chunk))
+                found = self._outcome(flying[chunk])
+                if found is None:
+                    _tell(flying[chunk], chunk, done)
+                    continue
+                del flying[chunk]
                 if isinstance(found, Parcel):
                     take(self._arrived(found))
+                elif isinstance(found, Failed):
+                    failures[chunk] += 1
+                    if failures[chunk] > RETRIES:
+                        lost[chunk] = f"{failures[chunk]} times {found.why}"
+                    else:
+                        flying[chunk] = self._submit(chunk, done)
                 elif isinstance(found, Unlike):
                     self._say(f"worker {found.worker} is sent away, it would fly other bits:\n{found.why}")
                     self._client.retire_workers([found.worker], close_workers=True)
                     flying[chunk] = self._submit(chunk, done)
-                elif isinstance(found, KilledWorker):
-                    suspects[chunk] = f"the last one at {found.last_worker.address}"
                 else:
-                    lost[chunk] = f"{type(found).__name__}: {found}"
+                    suspects[chunk] = f"the last one at {found.last_worker.address}"
         except BaseException:
             for future in flying.values():
                 if future.status == "finished" and isinstance(found := future.result(), Parcel):
@@ -140,8 +153,8 @@ class Workers:
 
     def _submit(self, chunk: int, done: Queue[int]) -> Future:
         key = f"{self._name}-chunk-{chunk}-{uuid.uuid4().hex[:8]}"
-        future = self._client.submit(fly, self._name, chunk, key=key, retries=RETRIES)
-        future.add_done_callback(lambda _: done.put(chunk))
+        future = self._client.submit(fly, self._name, chunk, key=key)
+        _tell(future, chunk, done)
         return future
 
     def _next(self, done: Queue[int]) -> int:
@@ -152,13 +165,20 @@ class Workers:
             except Empty:
                 self._count()
 
-    def _outcome(self, future: Future) -> Parcel | Unlike | BaseException:
-        """What a task gave, or what stopped it."""
-        if future.status == "finished":
+    def _outcome(self, future: Future) -> Parcel | Unlike | Failed | KilledWorker | None:
+        """What a task gave, or that its workers died; None where what it gave died with its worker, so that it runs again."""
+        if future.status in ("pending", "lost"):
+            return None
+        if future.status == "cancelled":
+            raise IncompleteError("the Dask scheduler was lost: its tasks are gone")
+        try:
             return future.result()
-        if future.status == "error":
-            return cast("BaseException", future.exception())
-        raise IncompleteError("the Dask scheduler was lost: its tasks are gone")
+        except KilledWorker as error:
+            return error
+        except CancelledError:
+            return None
+        except Exception as error:  # whatever else Dask gives up for
+            raise IncompleteError(f"Dask gave up a chunk: {type(error).__name__}: {error}") from error
 
     def _count(self) -> int:
         """Threads of all workers, looked at now and then; waits until there is one."""
@@ -209,10 +229,29 @@ class Workers:
         return parcel
 
 
+def _tell(future: Future, chunk: int, done: Queue[int]) -> None:
+    """Puts the chunk among those that are done when it is."""
+    future.add_done_callback(lambda _: done.put(chunk))
+
+
+@contextmanager
+def _silence() -> Generator[None, None, None]:
+    """What Dask logs in this process: tracebacks of lost connections, of which we say in words what they mean."""
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "tornado")]
+    levels = {logger: logger.level for logger in map(logging.getLogger, names)}
+    for logger in levels:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in levels.items():
+            logger.setLevel(level)
+
+
 def _client(place: int | str, stack: ExitStack) -> Client:
     if isinstance(place, int):
         threads = max(1, process.cores() // place)
-        local = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": "ERROR"}
+        local = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": "CRITICAL"}
         return Client(stack.enter_context(LocalCluster(n_workers=place, threads_per_worker=threads, processes=True, **local)))
     try:
         return Client(place)

@@ -18,7 +18,6 @@ from distributed import Worker, WorkerPlugin, get_worker
 
 from rvjax import process
 from rvjax.campaign import load
-from rvjax.errors import RvjaxError
 from rvjax.identity import identity, packages
 from rvjax.pilot import Parcel, Pilot
 from rvjax.results import CAMPAIGN
@@ -43,6 +42,13 @@ class Unlike:
     """A worker that flies nothing: its address, and why."""
 
     worker: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A flight that raised an error, in words: an error itself may not survive its way to the client."""
+
     why: str
 
 
@@ -71,8 +77,8 @@ class Station(WorkerPlugin):
             if self._pilot is None:
                 try:
                     self._pilot = self._make()
-                except (RvjaxError, ImportError, OSError) as error:
-                    self._pilot = Unlike(self._address, str(error))
+                except Exception as error:  # noqa: BLE001
+                    self._pilot = Unlike(self._address, f"{type(error).__name__}: {error}")
             return self._pilot
 
     def _make(self) -> Pilot | Unlike:
@@ -101,9 +107,12 @@ class Station(WorkerPlugin):
         return parcel
 
 
-def fly(name: str, chunk: int) -> Parcel | Unlike:
+def fly(name: str, chunk: int) -> Parcel | Unlike | Failed:
     """The task of a chunk."""
-    return _station(name).fly(chunk)
+    try:
+        return _station(name).fly(chunk)
+    except Exception as error:  # noqa: BLE001
+        return Failed(f"{type(error).__name__}: {error}")
 
 
 def ready(name: str) -> Unlike | None:

@@ -1,0 +1,111 @@
+"""Real Dask schedulers and workers, as processes of this machine; a campaign of nine short chunks; and its bits."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from rvjax.batch import LANES
+from rvjax.results import RunFolder
+from tests.short import CAMPAIGN, SHORT
+
+CHUNKS = 9
+SAMPLES = (CHUNKS - 1) * LANES + 100
+OVERRIDES = [*SHORT, f"samples={SAMPLES}"]
+SETS = [part for one in OVERRIDES for part in ("--set", one)]
+
+QUICK = {
+    "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
+    "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "3s",
+    "DASK_LOGGING__DISTRIBUTED": "error",
+}
+"""One death of a worker is forgiven, not three, and who is gone is given up soon."""
+
+
+def program(*arguments: object, **more: str) -> subprocess.Popen[str]:
+    """The program in a process of its own."""
+    return process([sys.executable, "-m", "rvjax", *map(str, arguments)], more)
+
+
+def run(out: Path, *arguments: object) -> subprocess.Popen[str]:
+    """Flies the campaign."""
+    return program("run", CAMPAIGN, "--out", out, *SETS, *arguments)
+
+
+def process(command: list[str], more: Mapping[str, str]) -> subprocess.Popen[str]:
+    """A process in a group of its own, which takes an interrupt as one in a terminal does."""
+    environment = {**os.environ, "COLUMNS": "200", "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", **QUICK, **more}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    restored = ["env", "--default-signal=INT", *command]
+    return subprocess.Popen(restored, env=environment, start_new_session=True, **pipes)  # type: ignore[call-overload]
+
+
+def ended(running: subprocess.Popen[str], within: float = 120) -> tuple[int, str, str]:
+    """Exit code, stdout, stderr."""
+    out, err = running.communicate(timeout=within)
+    return running.returncode, out, err
+
+
+def dead(running: subprocess.Popen[str]) -> None:
+    """Ends a process and all that it has started."""
+    if running.poll() is None or running.returncode is not None:
+        for number in (signal.SIGTERM, signal.SIGKILL):
+            try:
+                os.killpg(running.pid, number)
+            except ProcessLookupError:
+                break
+            time.sleep(0.2)
+    running.communicate()
+
+
+def free_port() -> int:
+    """A port that nobody listens to."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
+@contextmanager
+def scheduler() -> Generator[tuple[str, subprocess.Popen[str]], None, None]:
+    """A scheduler: its address and its process."""
+    port = free_port()
+    running = process(
+        [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"], {}
+    )
+    try:
+        for _ in range(200):
+            with socket.socket() as one:
+                if one.connect_ex(("127.0.0.1", port)) == 0:
+                    break
+            time.sleep(0.1)
+        yield f"tcp://127.0.0.1:{port}", running
+    finally:
+        dead(running)
+
+
+@contextmanager
+def worker(address: str, *arguments: str, **more: str) -> Generator[subprocess.Popen[str], None, None]:
+    """A worker, or as many as the arguments say, each under a nanny that starts it again when it dies."""
+    always = ["--nthreads", "1", "--memory-limit", "0", "--no-dashboard"]
+    running = process([sys.executable, "-m", "distributed.cli.dask_worker", address, *always, *arguments], more)
+    try:
+        yield running
+    finally:
+        dead(running)
+
+
+def data(folder: Path) -> dict[str, str]:
+    """Name and SHA-256 of the samples and envelopes of a run that is whole."""
+    opened = RunFolder.open(folder)
+    opened.verify()
+    assert opened.account().missing == 0
+    document = opened.chunks
+    names = {entry.file: entry.sha256 for entry in document}
+    return names | {path.name: path.name for path in (folder / "envelopes").iterdir()}

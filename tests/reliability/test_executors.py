@@ -1,0 +1,210 @@
+"""Whoever flies the chunks, and whoever of them dies: the same bits, or a message that says which chunk and why."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rvjax.batch import LANES
+from rvjax.campaign import load
+from rvjax.errors import IncompleteError, UsageError
+from rvjax.executors import Crew
+from rvjax.executors.dask import workers
+from rvjax.executors.inline import inline as inline_crew
+from rvjax.identity import identity, provenance
+from rvjax.pilot import Parcel, Pilot
+from rvjax.results import RunFolder
+from tests.program import Run
+from tests.reliability.cluster import CHUNKS, OVERRIDES, SAMPLES, data, dead, ended, run, scheduler, worker
+from tests.short import CAMPAIGN
+
+pytestmark = pytest.mark.xdist_group("cluster")
+
+
+@pytest.fixture(scope="module")
+def pilot() -> Pilot:
+    """Of the campaign, in this process."""
+    problem = load(CAMPAIGN, OVERRIDES)
+    return Pilot(problem, identity(problem))
+
+
+@pytest.fixture(scope="module")
+def inline(pilot: Pilot, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """The bits of the campaign, flown by one process."""
+    folder = tmp_path_factory.mktemp("inline") / "run"
+    fly(pilot, folder, inline_crew)
+    return data(folder)
+
+
+def fly(pilot: Pilot, place: Path, crew: Crew, seen: Callable[[Parcel], None] = lambda parcel: None) -> None:
+    """Flies all chunks into a new folder, the last ones first. seen: called with each, once it is committed."""
+    described = (provenance([], OVERRIDES), pilot.problem.spec.source.text, SAMPLES, "short")
+    with RunFolder.create(place, identity(pilot.problem), *described) as folder, crew(pilot, folder) as executor:
+
+        def take(parcel: Parcel) -> None:
+            for file in parcel.files:
+                folder.take(file)
+            seen(parcel)
+
+        executor.fly(reversed(range(CHUNKS)), take)
+
+
+def first_chunk(folder: Path, running: subprocess.Popen[str]) -> None:
+    """Waits until something is committed."""
+    while running.poll() is None:
+        journal = folder / "journal.jsonl"
+        if journal.exists() and journal.read_bytes().count(b"samples/"):
+            return
+        time.sleep(0.02)
+    pytest.fail(f"ended before its first chunk: {running.communicate()[1]}")
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_workers_of_this_machine_fly_the_same_bits(
+    tmp_path: Path, pilot: Pilot, inline: dict[str, str], count: int, figure: Callable[[str], None]
+) -> None:
+    """Kills: another compiler setting in a worker, draws that depend on the process, a chunk that comes twice."""
+    said: list[str] = []
+    fly(pilot, tmp_path / "run", workers(count, said.append))
+    assert said[0].startswith("Dask: http://127.0.0.1:")
+    assert data(tmp_path / "run") == inline
+    assert not list((tmp_path / "run").glob(".workers.*"))
+    figure(f"Dask with {count} local worker(s): {CHUNKS} chunks bit-identical to inline")
+
+
+def test_a_worker_killed_while_flying_is_no_loss(
+    tmp_path: Path, pilot: Pilot, inline: dict[str, str], figure: Callable[[str], None]
+) -> None:
+    """SIGKILL to a worker and its nanny in the middle, later to the process of another one. Kills: waiting for the dead for ever,
+    a chunk lost or double."""
+    flown: list[int] = []
+    with scheduler() as (address, _), worker(address) as first, worker(address, "--nworkers", "2") as others:
+
+        def kill(parcel: Parcel) -> None:
+            flown.append(parcel.chunk)
+            if len(flown) == 1:
+                dead(first)
+            if len(flown) == 2:
+                os.kill(children(others.pid)[0], signal.SIGKILL)
+
+        fly(pilot, tmp_path / "run", workers(address, lambda text: None), kill)
+    assert sorted(flown) == list(range(CHUNKS))
+    assert data(tmp_path / "run") == inline
+    figure("workers killed while flying: 2; 0 chunks lost or double, bit-identical")
+
+
+def children(pid: int) -> list[int]:
+    """The processes that a process has started."""
+    found = subprocess.run(["ps", "-o", "pid=", "--ppid", str(pid)], capture_output=True, text=True, check=True).stdout.split()
+    return [int(one) for one in found if b"spawn_main" in Path(f"/proc/{one}/cmdline").read_bytes()]
+
+
+POISON = """
+import os
+from rvjax.pilot import Pilot
+
+if not hasattr(Pilot, "honest"):  # Dask reads this file twice
+    Pilot.honest = Pilot.parcel
+
+def parcel(self, chunk):
+    if chunk == 4:
+        {what}
+    return self.honest(chunk)
+
+Pilot.parcel = parcel
+"""
+
+
+AFAR = """
+from dataclasses import replace
+from rvjax.executors.station import Station
+
+if not hasattr(Station, "honest"):
+    Station.honest = Station.fly
+
+def fly(self, chunk):
+    self.order = replace(self.order, folder="/nowhere")
+    return self.honest(chunk)
+
+Station.fly = fly
+"""
+
+
+def test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept(
+    tmp_path: Path, inline: dict[str, str], figure: Callable[[str], None]
+) -> None:
+    """Through the program. Kills: a campaign that hangs, chunks that flew beside it being blamed, a traceback."""
+    (tmp_path / "poison.py").write_text(POISON.format(what="os._exit(9)"))
+    with scheduler() as (address, _), worker(address, "--nworkers", "2", "--preload", str(tmp_path / "poison.py")):
+        code, _, err = ended(run(tmp_path / "run", "--dask", address))
+    assert code == 4, err
+    assert f"chunk 4 (samples {4 * LANES} to {5 * LANES - 1}) could not be flown: worker after worker died flying it" in err
+    assert err.count("could not be flown") == 1
+    assert "Traceback" not in err
+    assert f"--dask {address}" in err
+    assert RunFolder.open(tmp_path / "run").missing(CHUNKS) == [4]
+    assert ended(run(tmp_path / "run"))[0] == 0
+    assert data(tmp_path / "run") == inline
+    figure(f"a chunk that kills its workers: named, exit 4, the other {CHUNKS - 1} kept")
+
+
+def test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept(
+    tmp_path: Path, pilot: Pilot, figure: Callable[[str], None]
+) -> None:
+    """By a worker that does not see the run folder, so that the rest is sent. Kills: an error that does not survive its way to
+    the client; results that only a shared file system brings."""
+    (tmp_path / "poison.py").write_text(POISON.format(what="raise ValueError('no such orbit')") + AFAR)
+    said = rf"^chunk 4 \(samples {4 * LANES} to {5 * LANES - 1}\) could not be flown: 3 times ValueError: no such orbit$"
+    preload = ("--preload", str(tmp_path / "poison.py"))
+    with scheduler() as (address, _), worker(address, *preload), pytest.raises(IncompleteError, match=said):
+        fly(pilot, tmp_path / "run", workers(address, lambda text: None))
+    folder = RunFolder.open(tmp_path / "run")
+    assert folder.missing(CHUNKS) == [4]
+    folder.verify()
+    figure(f"a chunk whose flight raises: named, the other {CHUNKS - 1} kept")
+
+
+def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, pilot: Pilot) -> None:
+    """Kills: mixing compilers' settings in one table; a refusal that does not say what differs."""
+    other = {"XLA_FLAGS": "--xla_cpu_prefer_vector_width=256"}
+    said = r"these Dask workers would fly other bits(.|\n)*xla_flags: the client has .*, the worker has .*=256"
+    with scheduler() as (address, _), worker(address, **other), pytest.raises(UsageError, match=said):
+        fly(pilot, tmp_path / "run", workers(address, lambda text: None))
+    assert RunFolder.open(tmp_path / "run").chunks == ()
+
+
+@pytest.mark.parametrize("who", ["scheduler", "client"])
+def test_a_stopped_campaign_goes_on_without_dask(tmp_path: Path, inline: dict[str, str], who: str) -> None:
+    """The scheduler is killed, or Ctrl-C comes. Kills: hanging, a command to go on that lacks --dask, a traceback."""
+    with scheduler() as (address, process), worker(address):
+        running = run(tmp_path / "run", "--dask", address)
+        first_chunk(tmp_path / "run", running)
+        if who == "scheduler":
+            dead(process)
+        else:
+            running.send_signal(signal.SIGINT)
+        code, _, err = ended(running)
+    assert code == (4 if who == "scheduler" else 130), err
+    assert "Traceback" not in err
+    assert f"--dask {address}" in err
+    assert ended(run(tmp_path / "run"))[0] == 0
+    assert data(tmp_path / "run") == inline
+    assert RunFolder.open(tmp_path / "run").requested == SAMPLES
+
+
+@pytest.mark.parametrize("place", ["local:0", "local:x", "local:", "here", "tcp:/x", "file:///x", "tcp://127.0.0.1:1"])
+def test_a_place_that_is_none_is_exit_2(tmp_path: Path, rvjax: Run, place: str) -> None:
+    """Kills: a traceback from Dask, waiting for ever for a scheduler that is not there."""
+    import dask
+
+    with dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
+        code, _, err = rvjax("run", CAMPAIGN, "--out", tmp_path / "run", "--dask", place)
+    assert code == 2, err
+    assert "accepted: " in err
+    assert "Traceback" not in err
