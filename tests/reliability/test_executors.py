@@ -24,8 +24,6 @@ from tests.program import Run
 from tests.reliability.cluster import CHUNKS, OVERRIDES, SAMPLES, data, dead, ended, run, scheduler, worker
 from tests.short import CAMPAIGN
 
-pytestmark = pytest.mark.xdist_group("cluster")
-
 
 @pytest.fixture(scope="module")
 def pilot() -> Pilot:
