@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rvjax.spec.choice import Choice
 from rvjax.spec.fields import Model, channels, count, flag, number, option, part, scalar, validate, vector
+from rvjax.spec.keep import Keep
 from rvjax.spec.model import Spec, load, parse
 from rvjax.spec.quantity import Quantity
 from rvjax.spec.requirement import Requirement
@@ -12,6 +13,7 @@ from rvjax.spec.source import Source
 
 __all__ = [
     "Choice",
+    "Keep",
     "Model",
     "Quantity",
     "Requirement",

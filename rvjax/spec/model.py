@@ -15,6 +15,7 @@ from rvjax.errors import CampaignError, Finding
 from rvjax.spec.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
 from rvjax.spec.fields import Model, channels, count, number, option, part, scalar, validate, vector
 from rvjax.spec.inertia import Inertia
+from rvjax.spec.keep import Keep
 from rvjax.spec.overrides import override
 from rvjax.spec.problem import Problem, refuse
 from rvjax.spec.quantity import Quantity
@@ -151,6 +152,7 @@ class Spec(Model):
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
     require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
+    keep: Keep = part(default={}, doc="which flights are kept as traces")
 
     _source: Source = PrivateAttr(default_factory=lambda: Source(""))
 
@@ -188,7 +190,7 @@ class Spec(Model):
         parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
         """
         known = {choice.path: choice.parameters for choice in self.components} | dict(parameters or {})
-        beside = {"name", "description", "samples", "require"}
+        beside = {"name", "description", "samples", "require", "keep"}
         parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
         parts["parameters"] = {".".join(map(str, path)): value for path, value in known.items()}
         text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"), allow_nan=False)

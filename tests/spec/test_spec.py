@@ -138,6 +138,7 @@ def _fingerprint(text: str, tmp_path: Path) -> str:
     [
         ("samples: 100", "samples: 200"),
         ("name: docking", "name: other\ndescription: text"),
+        ("seed: 7\n", "seed: 7\nkeep: {worst: 20, failed: true, percentiles: true, all: true}\n"),
         ("  - {metric: captured, at_least: 0.9}", "  - {metric: captured, at_least: 0.8}"),
         ("seed: 7\nprecision: float64", "precision: float64\nseed: 7"),
         ("seed: 7\n", "seed: 7\ncapture: {window_s: 60.0}\nsaturation: {use: smooth-tanh}\n"),
