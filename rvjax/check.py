@@ -17,8 +17,9 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -27,7 +28,8 @@ import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax import spec
 from rvjax.errors import IncompleteError, UsageError
-from rvjax.results import CAMPAIGN, RunFolder, Samples
+from rvjax.results import CAMPAIGN, Account, Column, RunFolder, Samples
+from rvjax.sketch import Sketch
 from rvjax.stats import (
     Estimate,
     clopper_pearson_lower,
@@ -35,6 +37,7 @@ from rvjax.stats import (
     quantile_interval,
     wilks_smallest_n,
 )
+from rvjax.totals import AT_ONCE, Ledger
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -76,45 +79,92 @@ class Verdict:
         return self.estimate.high
 
 
+class Tally:
+    """How many of n samples comply with a requirement, counted exactly, and the distribution of its metric."""
+
+    def __init__(self, requirement: Requirement) -> None:
+        self.requirement = requirement
+        self.n = self.successes = 0
+        self._column: str | None = None
+        self._unit = ""
+        self._sketch = Sketch()
+        self._waiting: list[NDArray[np.float64]] = []
+
+    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
+        """Counts some more samples; UsageError where their table lacks the metric or channel."""
+        if self._column is None:
+            self._column = _column(self.requirement, list(frame.columns))
+            self._unit = columns[self._column].unit if self._column in columns else ""
+        outcome: NDArray[Any] = np.asarray(frame["outcome"], dtype=object)
+        if not self._column:
+            success = outcome == "captured"
+        else:
+            values = np.where(outcome != "not_finite", np.asarray(frame[self._column], dtype=float), math.nan)
+            success = _success(self.requirement, values)
+            if self.requirement.quantile is not None:
+                worst = math.inf if self.requirement.below is not None else -math.inf
+                self._waiting.append(np.where(np.isnan(values), worst, values))
+        if len(self._waiting) >= AT_ONCE:
+            self._take_in()
+        self.n += len(frame)
+        self.successes += int(np.count_nonzero(success))
+
+    def _take_in(self) -> None:
+        if self._waiting:
+            self._sketch.add(np.concatenate(self._waiting))
+            self._waiting = []
+
+    def verdict(self) -> Verdict:
+        """What the samples counted so far say."""
+        requirement, limit = self.requirement, _limit(self.requirement)
+        estimate = _share(self.successes, self.n, requirement.confidence)
+        verdict = "PASS" if estimate.low >= limit else "FAIL" if estimate.high < limit else "UNDECIDED"
+        quantity = None
+        if self._column and requirement.quantile is not None:
+            self._take_in()
+            quantity = quantile_interval(self._sketch, requirement.quantile, 2.0 * requirement.confidence - 1.0)
+        more = _more(estimate, limit) if verdict == "UNDECIDED" else None
+        outlook = f" {_outlook(more)}" if verdict == "UNDECIDED" else ""
+        text = f"{verdict}: {_sentence(requirement, self.successes, limit, estimate, quantity, self._unit)}{outlook}"
+        return Verdict(requirement, verdict, self.successes, self.n, limit, estimate, quantity, more, text)
+
+
+class Tallies:
+    """One fold of the samples for several requirements."""
+
+    def __init__(self, requirements: Iterable[Requirement]) -> None:
+        self._tallies = tuple(Tally(requirement) for requirement in requirements)
+
+    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
+        """Counts some more samples; UsageError names every metric or channel that their table lacks."""
+        complaints: list[str] = []
+        for tally in self._tallies:
+            try:
+                _limit(tally.requirement)
+                tally.add(frame, columns)
+            except UsageError as error:
+                complaints.append(str(error))
+        if complaints:
+            raise UsageError("\n".join(complaints))
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """What the samples counted so far say of each requirement."""
+        return tuple(tally.verdict() for tally in self._tallies)
+
+
 def judge(requirement: Requirement, table: Samples | pd.DataFrame) -> Verdict:
     """The verdict of a samples table on one requirement; UsageError where the table lacks its metric or channel."""
-    frame = table.frame if isinstance(table, Samples) else table
-    column = _column(requirement, list(frame.columns))
-    unit = table.columns[column].unit if isinstance(table, Samples) and column else ""
-    outcome: NDArray[Any] = np.asarray(frame["outcome"], dtype=object)
-    values: NDArray[np.float64] | None = None
-    if not column:
-        success, limit = outcome == "captured", requirement.at_least
-    else:
-        values = np.where(outcome != "not_finite", np.asarray(frame[column], dtype=float), math.nan)
-        success, limit = _compare(requirement, values)
-    if limit is None:
-        raise UsageError(f"{_label(requirement)}: no share is required; accepted: at_least or quantile")
-    n, k = len(frame), int(np.count_nonzero(success))
-    estimate = _share(k, n, requirement.confidence)
-    verdict = "PASS" if estimate.low >= limit else "FAIL" if estimate.high < limit else "UNDECIDED"
-    quantity = None
-    if values is not None and requirement.quantile is not None:
-        worst = math.inf if requirement.below is not None else -math.inf
-        quantity = quantile_interval(values, requirement.quantile, 2.0 * requirement.confidence - 1.0, worst=worst)
-    more = _more(estimate, limit) if verdict == "UNDECIDED" else None
-    outlook = f" {_outlook(more)}" if verdict == "UNDECIDED" else ""
-    text = f"{verdict}: {_sentence(requirement, k, limit, estimate, quantity, unit)}{outlook}"
-    return Verdict(requirement, verdict, k, n, limit, estimate, quantity, more, text)
+    return judge_all([requirement], table)[0]
 
 
 def judge_all(requirements: Iterable[Requirement], table: Samples | pd.DataFrame) -> tuple[Verdict, ...]:
     """The verdict on each requirement; UsageError names every metric or channel that the table lacks."""
-    verdicts: list[Verdict] = []
-    complaints: list[str] = []
-    for requirement in requirements:
-        try:
-            verdicts.append(judge(requirement, table))
-        except UsageError as error:
-            complaints.append(str(error))
-    if complaints:
-        raise UsageError("\n".join(complaints))
-    return tuple(verdicts)
+    tallies = Tallies(requirements)
+    if isinstance(table, Samples):
+        tallies.add(table.frame, table.columns)
+    else:
+        tallies.add(table, {})
+    return tallies.verdicts()
 
 
 def campaign_of(folder: RunFolder) -> Spec:
@@ -127,17 +177,26 @@ def campaign_of(folder: RunFolder) -> Spec:
 
 
 def judge_folder(path: str | Path) -> tuple[Verdict, ...]:
-    """The verdict of a finished run on each requirement of its campaign.
+    """The verdict of a finished run on each requirement of its campaign; errors as of `reckon`."""
+    return reckon(path)[1]
+
+
+def reckon(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
+    """How the samples of a finished run ended, and the verdict on each requirement of its campaign, in one pass.
 
     FolderError where the folder is none or is damaged. IncompleteError where samples are missing: a verdict on those
     that happen to be there would not keep its promise.
     """
     folder = RunFolder.open(path)
-    if missing := folder.account().missing:
+    if missing := folder.requested - sum(chunk.count for chunk in folder.chunks):
         raise IncompleteError(
             f"{path}: {missing} of {folder.requested} samples are missing; `rvjax run` with the same --out flies them"
         )
-    return judge_all(campaign_of(folder).require, folder.samples())
+    ledger, tallies = Ledger(), Tallies(campaign_of(folder).require)
+    for chunk, frame, columns in folder.tables():
+        ledger.add(chunk, frame, columns)
+        tallies.add(frame, columns)
+    return ledger.account(folder.requested), tallies.verdicts()
 
 
 def exit_code(verdicts: Sequence[Verdict]) -> int:
@@ -165,14 +224,22 @@ def _column(requirement: Requirement, columns: Sequence[str]) -> str:
     raise UsageError(f"{_label(requirement)}: {metric} has no channel {channel or 'any'!r}; accepted: {accepted}")
 
 
-def _compare(requirement: Requirement, values: NDArray[np.float64]) -> tuple[NDArray[np.bool_], float | None]:
-    """Which values are successes (NaN never is), and the share of them that is required."""
-    quantile = requirement.quantile
+def _success(requirement: Requirement, values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which values are successes (NaN never is)."""
     if requirement.below is not None:
-        return values < requirement.below, requirement.at_least if quantile is None else quantile
+        return values < requirement.below
     if requirement.above is not None:
-        return values > requirement.above, requirement.at_least if quantile is None else 1 - quantile
+        return values > requirement.above
     raise UsageError(f"{_label(requirement)}: nothing to compare {requirement.metric} with; accepted: below or above")
+
+
+def _limit(requirement: Requirement) -> float:
+    """The share of successes that is required."""
+    if requirement.quantile is not None:
+        return requirement.quantile if requirement.below is not None else 1 - requirement.quantile
+    if requirement.at_least is None:
+        raise UsageError(f"{_label(requirement)}: no share is required; accepted: at_least or quantile")
+    return requirement.at_least
 
 
 def _share(successes: int, n: int, confidence: float) -> Estimate:
@@ -211,7 +278,7 @@ def _sentence(
     name = f"{requirement.name}: " if requirement.name else ""
     channel = f" ({requirement.channel})" if requirement.channel else ""
     threshold = "" if value is None else f" {side} {_number(value, unit)}"
-    percent = _percentages(limit, share.low, share.high, share.value)
+    percent = _percentages(limit, share)
     observed = f" ({percent[3]})" if share.n else ""
     confidence = f"with {100 * share.confidence:.6g} % confidence"
     text = (
@@ -219,7 +286,8 @@ def _sentence(
         f"The share is at least {percent[1]} and at most {percent[2]}, each {confidence}; required is {percent[0]}."
     )
     if quantity is not None:
-        low, middle, high = (_number(number, unit) for number in (quantity.low, quantity.value, quantity.high))
+        low, high = _number(quantity.low, unit, ROUND_FLOOR), _number(quantity.high, unit, ROUND_CEILING)
+        middle = _number(quantity.value, unit)
         text += f" The {requirement.quantile:g}-quantile is {middle}; at least {low} and at most {high}, each {confidence}."
     return text
 
@@ -230,12 +298,24 @@ def _outlook(more: int | None) -> str:
     return f"About {more:,} more samples would decide if the share stayed the same."
 
 
-def _percentages(limit: float, *shares: float) -> list[str]:
-    """The limit and the shares in percent, with the decimals (2 to 8) that it takes to tell them apart."""
-    gaps = [abs(100 * (share - limit)) for share in shares if abs(share - limit) > 1e-9]
-    digits = max([2, *(math.ceil(-math.log10(gap)) + 1 for gap in gaps)])
-    return [f"{100 * share:.{min(digits, 8)}f} %" for share in (limit, *shares)]
+def _percentages(limit: float, share: Estimate) -> list[str]:
+    """The limit, the share's lower bound, rounded down, its upper one, rounded up, and its value in percent.
+
+    With the decimals (2 to 8) that it takes to tell them from the limit.
+    """
+    gaps = [abs(100 * (end - limit)) for end in (share.low, share.high, share.value) if abs(end - limit) > 1e-9]
+    place = Decimal(1).scaleb(-min(max([2, *(math.ceil(-math.log10(gap)) + 1 for gap in gaps)]), 8))
+    ends = ((limit, ROUND_HALF_EVEN), (share.low, ROUND_FLOOR), (share.high, ROUND_CEILING), (share.value, ROUND_HALF_EVEN))
+    return [f"{_rounded(100 * end, place, way)} %" for end, way in ends if not math.isnan(end)]
 
 
-def _number(value: float, unit: str) -> str:
+def _rounded(value: float, place: Decimal, way: str) -> Decimal:
+    """A number to a decimal place; what the 15th digit of it is off by is no reason to go one further."""
+    return Decimal(f"{value:.14g}").quantize(place, rounding=way)
+
+
+def _number(value: float, unit: str, way: str = ROUND_HALF_EVEN) -> str:
+    """A number to four digits with its unit."""
+    if value and math.isfinite(value):
+        value = float(_rounded(value, Decimal(1).scaleb(math.floor(math.log10(abs(value))) - 3), way))
     return f"{value:.4g} {unit}" if unit not in ("", "1") else f"{value:.4g}"

@@ -22,7 +22,10 @@ from rvjax.family import members, module_of
 DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 """Packages whose version may change the last bits."""
 
-NOT_FLYING = ("cli", "executors", "report", "results", "sections", "check.py", "doctor.py", "run.py", "sketch.py", "stats.py")
+NOT_FLYING = (
+    *("cli", "executors", "report", "results", "sections"),
+    *("check.py", "doctor.py", "run.py", "sketch.py", "stats.py", "totals.py"),
+)
 """Parts of this package that no number of a flight depends on."""
 
 

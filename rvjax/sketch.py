@@ -98,6 +98,11 @@ class Sketch:
         return int(self._counts[self._keys >= key].sum())
 
     @property
+    def exact(self) -> bool:
+        """Whether every number is still known as it was."""
+        return self.n <= 2 * EXACT
+
+    @property
     def positive(self) -> int:
         """How many numbers are > 0."""
         return int(self._counts[self._keys > 0].sum())

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
+from rvjax.sketch import Sketch
+
 RESAMPLES = 2000
 """Bootstrap samples behind `mean_interval`."""
 
@@ -97,24 +99,35 @@ def wilks_smallest_n(q: float, confidence: float, failures: int = 0) -> int:
 # --- quantiles ------------------------------------------------------------------------------------------------------
 
 
-def quantile_interval(values: ArrayLike, q: float, confidence: float = 0.95, *, worst: float = math.inf) -> Estimate:
+def quantile_interval(values: ArrayLike | Sketch, q: float, confidence: float = 0.95, *, worst: float = math.inf) -> Estimate:
     """The q-quantile x_(ceil(n q)) with the order statistics x_(l), x_(u) that enclose the true one.
 
     Distribution-free, ties and infinities included: l is the largest with P(Bin(n, q) < l) <= (1 - confidence) / 2, u
     the smallest with P(Bin(n, q) >= u) <= (1 - confidence) / 2. An end that no order statistic attains is infinite.
 
     `values`: any shape, flattened, any unit. NaN counts as `worst` (+inf, or -inf where higher is better). Without
-    values the value is NaN.
+    values the value is NaN. Of a sketch: the same ranks, each end moved outwards to the edge of its bucket, so that the
+    interval holds that of the numbers themselves; up to 8192 numbers it is that interval.
     """
-    ranked = _ranked(values, worst)
+    if isinstance(values, Sketch):
+        method = "order statistics" if values.exact else "order statistics, ends widened to those of a bucket"
+        n, low, value, high = values.n, values.low, values.value, values.high
+    else:
+        ranked = _ranked(values, worst)
+        method, n = "order statistics", ranked.size
+        low = value = high = ranked.__getitem__
     side = (1 + confidence) / 2
-    method = "order statistics"
-    if not ranked.size:
+    if not n:
         return Estimate(math.nan, -math.inf, math.inf, 0, confidence, method)
-    low = -_upper_order_statistic(-ranked[::-1], 1 - q, side)
-    high = _upper_order_statistic(ranked, q, side)
-    rank = max(1, math.ceil(ranked.size * q - 1e-9))  # 1e-9 forgives the rounding of n q
-    return Estimate(float(ranked[rank - 1]), low, high, ranked.size, confidence, method)
+    from_end, behind = _upper_rank(n, 1 - q, side), _upper_rank(n, q, side)
+    least = float(low(n - 1 - from_end)) if from_end < n else -math.inf
+    most = float(high(behind)) if behind < n else math.inf
+    return Estimate(float(value(quantile_rank(n, q))), least, most, n, confidence, method)
+
+
+def quantile_rank(n: int, q: float) -> int:
+    """ceil(n q) - 1: which of n numbers in ascending order, from 0, is their q-quantile; n >= 1."""
+    return max(1, math.ceil(n * q - 1e-9)) - 1  # 1e-9 forgives the rounding of n q
 
 
 def upper_tolerance_bound(values: ArrayLike, q: float, confidence: float) -> float:
@@ -182,11 +195,15 @@ def _binomial_cdf(k: int, n: int, p: float) -> float:
 
 def _upper_order_statistic(ranked: NDArray[np.float64], q: float, confidence: float) -> float:
     """The smallest x_(u), u = 1..n, with P(Bin(n, q) <= u - 1) >= confidence; +inf if there is none."""
+    below = _upper_rank(ranked.size, q, confidence)
+    return float(ranked[below]) if below < ranked.size else math.inf
+
+
+def _upper_rank(n: int, q: float, confidence: float) -> int:
+    """The smallest k with P(Bin(n, q) <= k) >= confidence, the rank of an order statistic from 0; n if there is none."""
     _check_share("q", q)
     _check_share("confidence", confidence)
-    n = ranked.size
-    below = bisect_left(range(n), True, key=lambda k: _binomial_cdf(k, n, q) >= confidence)
-    return float(ranked[below]) if below < n else math.inf
+    return bisect_left(range(n), True, key=lambda k: _binomial_cdf(k, n, q) >= confidence)
 
 
 def _ranked(values: ArrayLike, worst: float) -> NDArray[np.float64]:

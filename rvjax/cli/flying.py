@@ -106,11 +106,9 @@ def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: st
 
 def judge(folder: Path, output: Output) -> int:
     """Prints the verdicts of a run folder; returns the exit code."""
-    from rvjax.check import exit_code, judge_folder
-    from rvjax.results import RunFolder
+    from rvjax.check import exit_code, reckon
 
-    verdicts = judge_folder(folder)
-    account = RunFolder.open(folder).account()
+    account, verdicts = reckon(folder)
     counts = {name: count for name, count in vars(account).items() if name != "requested"}
     output.text(
         f"{account.requested} samples: " + ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in counts.items())

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats as oracle
 
+from rvjax.sketch import RELATIVE_ERROR, Sketch
 from rvjax.stats import (
     dkw_band,
     lower_tolerance_bound,
@@ -53,6 +54,24 @@ def test_quantile_is_a_value_that_occurred() -> None:
     """x_(ceil(n q)), no interpolation. Kills: 0-based ranks, interpolation, the rounding of n q (100 x .07 > 7)."""
     values = np.arange(1.0, 101.0)
     assert [quantile_interval(values, q).value for q in (0.005, 0.07, 0.5, 0.951, 0.99)] == [1, 7, 50, 96, 99]
+
+
+@pytest.mark.parametrize("n", [1, 30, 8192, 8193, 60_000])
+def test_interval_from_a_sketch_holds_that_of_the_numbers(n: int) -> None:
+    """Equal to it up to 8192 numbers. Kills: a rank off by one, an end moved inwards, the middle of a bucket as its edge."""
+    generator = np.random.Generator(np.random.Philox(key=8))
+    x = generator.lognormal(0, 4, n) * generator.choice([1.0, 1.0, -1.0], n)
+    x[generator.uniform(size=n) < 0.05] = math.inf
+    sketch = Sketch(x)
+    for q in (0.001, 0.05, 0.3, 0.5, 0.9, 0.95, 0.9999):
+        for confidence in (0.5, 0.95):
+            found, exact = quantile_interval(sketch, q, confidence), quantile_interval(x, q, confidence)
+            assert found.low <= exact.low <= exact.high <= found.high
+            assert found.low <= found.value <= found.high
+            for one, other in ((found.low, exact.low), (found.high, exact.high)):
+                assert one == other or abs(one - other) <= 2 * RELATIVE_ERROR * abs(other) * (1 + 1e-12)
+            assert found.value == exact.value or abs(found.value - exact.value) <= RELATIVE_ERROR * abs(exact.value) * (1 + 1e-12)
+            assert (found == exact) == (n <= 8192)
 
 
 def test_nan_is_the_worst_value_whichever_side_that_is() -> None:

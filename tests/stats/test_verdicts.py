@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,9 +13,11 @@ import pandas as pd
 import pytest
 from scipy import stats as oracle
 
-from rvjax.check import exit_code, judge, judge_all, judge_folder
+from rvjax.check import Tallies, exit_code, judge, judge_all, judge_folder
 from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.results import Column, RunFolder, Samples
+from rvjax.sketch import RELATIVE_ERROR
+from rvjax.stats import quantile_interval
 
 
 def require(metric: str, **parts: Any) -> Any:
@@ -190,7 +193,7 @@ def test_sentence_has_the_name_the_unit_and_distinct_numbers() -> None:
     columns = {"metric.settling_time_s": Column("metric.settling_time_s", "s", "time", "lower")}
     verdict = judge(require("settling_time_s", name="quick", quantile=0.9, below=940), Samples(table, columns))
     assert verdict.text == (
-        "PASS: quick: settling_time_s below 940 s in 940 of 1000 samples (94.00 %). The share is at least 92.62 % and "
+        "PASS: quick: settling_time_s below 940 s in 940 of 1000 samples (94.00 %). The share is at least 92.61 % and "
         "at most 95.19 %, each with 95 % confidence; required is 90.00 %. The 0.9-quantile is 899 s; at least "
         "883 s and at most 915 s, each with 95 % confidence."
     )
@@ -198,3 +201,53 @@ def test_sentence_has_the_name_the_unit_and_distinct_numbers() -> None:
     assert tight.verdict == "UNDECIDED"
     assert "at least 95.04923" in tight.text
     assert "required is 95.04924" in tight.text
+
+
+def test_bounds_in_a_sentence_are_rounded_outwards() -> None:
+    """Shares and quantiles, of both signs. Kills: an end rounded to the nearest digit, or towards zero."""
+    generator = np.random.Generator(np.random.Philox(key=6))
+    for _ in range(100):
+        values = generator.choice([-1.0, 1.0]) * generator.lognormal(0, 3, int(generator.integers(300, 400)))
+        limit = float(generator.uniform(0.5, 0.99))
+        verdict = judge(require("settling_time_s", quantile=limit, below=float(np.quantile(values, 0.9))), settled(list(values)))
+        shares, quantiles = re.findall(r"at least (\S+)(?: %)? and at most (\S+?)(?: %)?,", verdict.text)
+        assert float(shares[0]) <= 100 * verdict.low_bound < float(shares[0]) + 0.01
+        assert float(shares[1]) - 0.01 < 100 * verdict.high_bound <= float(shares[1])
+        assert verdict.quantity is not None
+        low, high = verdict.quantity.low, verdict.quantity.high
+        assert low - 2e-3 * abs(low) <= float(quantiles[0]) <= low
+        assert math.isinf(high) or high <= float(quantiles[1]) <= high + 2e-3 * abs(high)
+
+
+def test_a_tally_that_is_fed_in_parts_says_the_same() -> None:
+    """In any order and grouping; what is counted is exact, also where the quantile is read from buckets.
+
+    Kills: a part that is not counted, a count taken from buckets, an interval narrowed by them, not finite ones left out.
+    """
+    generator = np.random.Generator(np.random.Philox(key=7))
+    n = 30_000
+    times = generator.lognormal(4.5, 1.0, n)
+    outcome = generator.choice(["captured", "not_settled", "not_finite"], n, p=[0.9, 0.09, 0.01])
+    times[outcome == "not_settled"] = math.inf
+    table = pd.DataFrame({"sample": range(n), "outcome": outcome, "metric.settling_time_s": times})
+    wanted = [
+        require("settling_time_s", quantile=0.6, below=120.0),
+        require("settling_time_s", quantile=0.4, above=80.0),
+        require("settling_time_s", at_least=0.6, below=120.0),
+        require("captured", at_least=0.9),
+    ]
+    whole = judge_all(wanted, table)
+    for parts in (1, 7, 300):
+        tallies = Tallies(wanted)
+        for part in generator.permutation(parts):
+            tallies.add(table.iloc[part::parts], {})
+        assert tallies.verdicts() == whole
+    finite = np.where(outcome == "not_finite", math.nan, times)
+    exact = (np.sum(finite < 120), np.sum(finite > 80), np.sum(finite < 120), np.sum(outcome == "captured"))
+    assert tuple(verdict.successes for verdict in whole) == exact
+    for verdict, q, worst in ((whole[0], 0.6, math.inf), (whole[1], 0.4, -math.inf)):
+        truth, found = quantile_interval(finite, q, 0.9, worst=worst), verdict.quantity
+        assert found is not None
+        assert found.low <= truth.low <= truth.high <= found.high
+        assert abs(found.value - truth.value) <= RELATIVE_ERROR * truth.value
+        assert "bucket" in found.method
