@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from rvjax import process, tables
 from rvjax.batch import LANES, Flyer
@@ -35,17 +36,31 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
     the metrics are not those of the sample's row.
     """
     opened = RunFolder.open(folder)
-    frame = opened.samples().frame
-    if sample not in frame["sample"].to_numpy():
-        raise UsageError(f"{folder}: no sample {sample}; accepted: 0 to {opened.requested - 1}, if flown")
+    rows = recorded(opened, [sample])
     opened.campaign_text()  # verifies the file that is parsed next
     problem = load(Path(folder) / CAMPAIGN, opened.provenance["overrides"])
     process.configure(problem.spec.precision)
     if differing := differences(opened.identity, identity(problem)):
         what = "\n".join(differing)
         raise FolderError(f"{folder}: was flown by other code, packages or settings, so its flights cannot be repeated\n{what}")
-    row = frame.set_index("sample", drop=False).loc[sample].to_dict()
-    return (*trace(problem, Flyer(problem.loop, problem.metrics), [sample], every, frame)[sample], row)
+    row = rows.set_index("sample", drop=False).loc[sample].to_dict()
+    return (*trace(problem, Flyer(problem.loop, problem.metrics), [sample], every, rows)[sample], row)
+
+
+def recorded(folder: RunFolder, samples: Sequence[int]) -> pd.DataFrame:
+    """The rows of some samples, in their order, read from the chunks that hold them; UsageError where one is not there."""
+    wanted = np.unique(np.asarray(samples, dtype=np.int64))
+    held = {entry.chunk: _between(wanted, entry.first, entry.first + entry.count) for entry in folder.chunks}
+    if absent := sorted({*wanted.tolist()}.difference(*(part.tolist() for part in held.values()))):
+        accepted = f"accepted: 0 to {folder.requested - 1}, if flown"
+        raise UsageError(f"{folder.path}: no sample {', '.join(map(str, absent))}; {accepted}")
+    tables_of = folder.tables([chunk for chunk, part in held.items() if part.size])
+    rows = pd.concat([frame[frame["sample"].isin(wanted)] for _, frame, _ in tables_of])
+    return rows.set_index("sample", drop=False).loc[list(samples)].reset_index(drop=True)
+
+
+def _between(ascending: NDArray[np.int64], low: int, high: int) -> NDArray[np.int64]:
+    return ascending[np.searchsorted(ascending, low) : np.searchsorted(ascending, high)]
 
 
 def trace_file(path: Path) -> Path:
@@ -66,8 +81,9 @@ def save(path: Path, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None
         raise UsageError(f"{path}: cannot be written ({error.strerror}); accepted: a place that can") from error
 
 
-def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, table: pd.DataFrame) -> Mapping[int, Trace]:
-    """The traces of some samples, flown together in one chunk. table: the samples table that their metrics must equal.
+def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, rows: pd.DataFrame) -> Mapping[int, Trace]:
+    """The traces of some samples, flown together in one chunk. rows: of the samples table, those of these samples at least, which
+    their metrics must equal.
 
     Errors: FolderError naming the samples whose metrics differ.
     """
@@ -77,8 +93,8 @@ def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, ta
     draws, drawn = Draws.of(problem, numbers)
     flown = flyer.fly(drawn, problem.spec.horizon.steps, every, trace=range(len(samples)))
     again, _ = tables.samples_table(problem, draws, flown, slice(0, len(samples)))
-    recorded = table.set_index("sample").loc[list(samples)].reset_index()
-    differing = [name for name in again.columns if not again[name].equals(recorded[name])]
+    known = rows.set_index("sample").loc[list(samples)].reset_index()
+    differing = [name for name in again.columns if not again[name].equals(known[name])]
     if differing:
         raise FolderError(f"samples {', '.join(map(str, samples))}: flown again, {', '.join(differing)} differ from the table")
     return {

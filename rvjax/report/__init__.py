@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from rvjax.report.compose import build
+from rvjax.report.compose import build, write
 
-__all__ = ["build"]
+__all__ = ["build", "write"]

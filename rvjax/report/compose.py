@@ -26,19 +26,22 @@ def build(folder: str | Path) -> Path:
     FolderError where `folder` is no run folder or is damaged, IncompleteError where nothing is flown yet or the disk is
     full. Values that the samples table lacks are left out with a sentence, never an error.
     """
-    run = open_run(folder)
+    return write(RunFolder.open(folder), open_run(folder))
+
+
+def write(folder: RunFolder, run: Run) -> Path:
+    """Writes the report of an opened run into its folder and returns the path of `report.html`; reads no samples."""
     top = headline(run)
     with matplotlib.rc_context(STYLE):
         sections = [section(run) for section in SECTIONS]
         pictures = {drawing.name: picture.draw(drawing) for section in sections for drawing in section.drawings}
-    target = RunFolder.open(folder)
     for name, drawn in pictures.items():
-        target.write_text(f"figures/{name}.svg", drawn.svg)
-        target.write_bytes(f"figures/{name}.png", drawn.png)
-    target.write_summary(summary(run, top, sections))
-    target.write_text("report.md", markdown.page(top, sections))
-    page = target.write_text("report.html", html.page(top, sections, pictures))
-    target.seal()
+        folder.write_text(f"figures/{name}.svg", drawn.svg)
+        folder.write_bytes(f"figures/{name}.png", drawn.png)
+    folder.write_summary(summary(run, top, sections))
+    folder.write_text("report.md", markdown.page(top, sections))
+    page = folder.write_text("report.html", html.page(top, sections, pictures))
+    folder.seal()
     return page
 
 

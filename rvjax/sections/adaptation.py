@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from rvjax.sections import plot
 from rvjax.sections.opened import CONFIDENCE, Run
 from rvjax.sections.page import Drawing, Section
 from rvjax.sections.tables import quantiles, shares
 from rvjax.sections.wording import axis_label, capital, label, percent, spoken
+from rvjax.sketch import Sketch
 
 RUNAWAY = 10.0
-"""|χ| beyond which a Nussbaum gain has run away; the flights of a healthy law stay near 1."""
+"""|χ| from which on a Nussbaum gain has run away; the flights of a healthy law stay near 1. An edge of the sketch's buckets."""
 
 _METRICS = r"peak_chi|peak_estimate_drift|saturation_depth\.any"
 
@@ -19,26 +18,31 @@ _METRICS = r"peak_chi|peak_estimate_drift|saturation_depth\.any"
 def section(run: Run) -> Section:
     """Peak Nussbaum argument, drift of the estimates, depth of saturation; the share of samples that ran away."""
     title = "Health of the adaptive controller"
-    names = [name for name in run.metrics(_METRICS) if np.any(run.metric(name) != 0)]
+    names = [name for name in run.metrics(_METRICS) if _acts(run.metric(name))]
     if not {"peak_chi", "peak_estimate_drift"} & set(names):
         return Section("adaptation", title, f"The controller {run.spec.controller.use} reports no adaptive signals.")
     body: list[str | Drawing] = [_figure(run, names)]
     table = quantiles(run, "Peak values over the whole flight.", names)
     if "peak_chi" not in names:
         return Section("adaptation", title, "The controller adapts, without a Nussbaum gain.", (*body, table))
-    away = run.metric("peak_chi") > RUNAWAY
-    runaway = f"Nussbaum argument ran away: peak |χ| > {RUNAWAY:g}"
+    away = run.metric("peak_chi").at_least(RUNAWAY)
+    runaway = f"Nussbaum argument ran away: peak |χ| ≥ {RUNAWAY:g}"
     events = shares(run, "Flights with a runaway.", {"peak_chi.runaway": (runaway, away)})
     share = spoken(run.share("peak_chi.runaway", away))
-    lead = f"The Nussbaum argument runs away (|χ| > {RUNAWAY:g}) in {share} of the samples."
+    lead = f"The Nussbaum argument runs away (|χ| ≥ {RUNAWAY:g}) in {share} of the samples."
     return Section("adaptation", title, lead, (*body, table, events))
+
+
+def _acts(values: Sketch) -> bool:
+    """Whether any of the values is not 0."""
+    return bool(values.value(0) or values.value(values.n - 1))
 
 
 def _figure(run: Run, names: list[str]) -> Drawing:
     figure, panels = plot.axes(1, len(names), 3.0)
     for axis, name in zip(panels, names, strict=True):
         plot.distribution(axis, run.metric(name), plot.BLUE, label(name), CONFIDENCE)
-        reach = [run.metric(name), [RUNAWAY]] if name == "peak_chi" else [run.metric(name)]
+        reach = [run.metric(name), Sketch(RUNAWAY)] if name == "peak_chi" else [run.metric(name)]
         plot.value_axis(axis.xaxis, reach, spread=10)
         plot.probability_axis(axis)
         axis.set_title(capital(label(name)))

@@ -19,7 +19,7 @@ _MEANING = {
 def section(run: Run) -> Section:
     """The share of every outcome with its interval; the counts and the missing samples add up to the requested ones."""
     account = run.account
-    captured = run.share("captured", run.is_outcome("captured"))
+    captured = run.share("captured", account.captured)
     counts = {
         "captured": account.captured,
         "not_settled": account.not_settled,
@@ -29,7 +29,7 @@ def section(run: Run) -> Section:
     table = shares(
         run,
         f"Outcome of {count(run.flown)} flown samples.",
-        {outcome: (_MEANING[outcome], run.is_outcome(outcome)) for outcome in OUTCOMES},
+        {outcome: (_MEANING[outcome], counts[outcome]) for outcome in OUTCOMES},
     )
     total = " + ".join(f"{count(value)} {name.replace('_', ' ')}" for name, value in counts.items())
     accounting = f"Account: {total} = {count(account.requested)} requested. No sample is left out of any number below."
@@ -57,7 +57,8 @@ def _bar(counts: dict[str, int]) -> Drawing:
 
 def _ends(run: Run) -> tuple[str, ...]:
     """When the flights that diverged did so."""
-    lost = run.frame.loc[run.is_outcome("not_finite"), "outcome_time_s"]
-    if lost.empty:
+    lost = run.totals.lost
+    if not lost.n:
         return ()
-    return (f"Flights that ended not finite did so between {number(lost.min())} s and {number(lost.max())} s.",)
+    earliest, latest = number(lost.value(0)), number(lost.value(lost.n - 1))
+    return (f"Flights that ended not finite did so between {earliest} s and {latest} s.",)

@@ -40,13 +40,14 @@ def rank_correlation(x: NDArray[np.float64], y: NDArray[np.float64], confidence:
 def section(run: Run) -> Section:
     """Rank correlation of every draw with the settling time and the closing window's error; those away from zero."""
     title = "What drives the result"
-    drawn = _varied(run)
+    drawn = _varied(run) if len(run.head) >= _FEWEST else {}
     results = [name for name in _RESULTS if run.metrics(name)]
-    if run.flown < _FEWEST or not drawn or not results:
+    if not drawn or not results:
         reason = f"Not shown: it needs at least {_FEWEST} samples and a draw that varies."
         return Section("drivers", title, reason)
     confidence = 1 - (1 - CONFIDENCE) / (len(drawn) * len(results))
-    found = {name: {path: rank_correlation(x, run.metric(name), confidence) for path, x in drawn.items()} for name in results}
+    values = {name: run.metric_of_head(name) for name in results}
+    found = {name: {path: rank_correlation(x, y, confidence) for path, x in drawn.items()} for name, y in values.items()}
     strength = {path: max(abs(found[name][path].value) for name in results) for path in drawn}
     clear = [path for path in drawn if any(not e.low <= 0 <= e.high for e in (found[name][path] for name in results))]
     leading = sorted(clear, key=lambda path: (-strength[path], path))[:_SHOWN]
@@ -55,7 +56,7 @@ def section(run: Run) -> Section:
     caption = (
         "Spearman rank correlation: +1 if the result always rises with the draw, −1 if it always falls. Intervals: "
         f"{percent(CONFIDENCE)} confidence for all {len(drawn) * len(results)} pairs at once (Bonferroni; each by the "
-        "approximation of Bonett and Wright). No proof of a cause, and a draw that acts both ways shows none."
+        f"approximation of Bonett and Wright). No proof of a cause, and a draw that acts both ways shows none.{run.of_head}"
     )
     head = ("draw", *(label(name) for name in results))
     rows = tuple((path, *(Number(f"correlation.{name}.{path}", found[name][path]) for name in results)) for path in leading)
@@ -63,19 +64,19 @@ def section(run: Run) -> Section:
         f"{len(clear)} of {len(drawn)} draws go clearly with the {' or the '.join(map(label, results))}; "
         f"the strongest is {leading[0]}."
     )
-    return Section("drivers", title, lead, (_figure(found, leading), Table(caption, head, rows)))
+    return Section("drivers", title, lead, (_figure(run, found, leading), Table(caption, head, rows)))
 
 
 def _varied(run: Run) -> dict[str, NDArray[np.float64]]:
     """Every draw that varies, and the length of every drawn vector as |path|."""
-    drawn = {path: run.draw(path) for path in run.draws()}
+    drawn = {path: run.draw_of_head(path) for path in run.draws()}
     vectors = {path.removesuffix(".x") for path in drawn if path.endswith(".x")}
     whole = [stem for stem in sorted(vectors) if f"{stem}.y" in drawn and f"{stem}.z" in drawn]
     drawn |= {f"|{stem}|": np.linalg.norm([drawn[f"{stem}.{axis}"] for axis in "xyz"], axis=0) for stem in whole}
     return {path: x for path, x in drawn.items() if np.ptp(x) > 0}
 
 
-def _figure(found: dict[str, dict[str, Estimate]], leading: list[str]) -> Drawing:
+def _figure(run: Run, found: dict[str, dict[str, Estimate]], leading: list[str]) -> Drawing:
     """Dot and interval per draw and result."""
     figure, (axis,) = plot.axes(1, 1, 0.34 * len(leading) + 1.1)
     axis.axvline(0, color=plot.INK, lw=0.8)
@@ -89,4 +90,5 @@ def _figure(found: dict[str, dict[str, Estimate]], leading: list[str]) -> Drawin
     axis.set_xlim(-1, 1)
     axis.set_xlabel("rank correlation")
     figure.legend(loc="outside upper center", ncols=2)
-    return Drawing("drivers", "Draws that go with the result, strongest first, with simultaneous intervals.", figure)
+    text = f"Draws that go with the result, strongest first, with simultaneous intervals.{run.of_head}"
+    return Drawing("drivers", text, figure)

@@ -15,7 +15,6 @@ from rvjax.sections import plot
 from rvjax.sections.opened import CONFIDENCE, Run
 from rvjax.sections.page import Drawing, Number, Section, Table
 from rvjax.sections.wording import axis_label, capital, channel, count, percent, setting
-from rvjax.sections.worst import worst_first
 
 _NORMS = {
     "rho_m": ("position error", "|ρ|", "m"),
@@ -23,7 +22,6 @@ _NORMS = {
     "nu_m_s": ("velocity error", "|ν|", "m/s"),
     "omega_rad_s": ("relative rate", "|ω|", "rad/s"),
 }
-_OVERLAID = 5  # worst flights drawn over the bands
 
 
 def section(run: Run) -> Section:
@@ -43,7 +41,7 @@ def _norm_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
     for axis, (name, (words, symbol, unit)) in zip(panels, _NORMS.items(), strict=True):
         values = _history(table, name)
         plot.bands(axis, _times(table), values, lost=math.inf)
-        for trace in _worst(run):
+        for trace in run.traces.values():
             axis.plot(trace["t_s"], _norm(trace, name), color=plot.RED, lw=0.7, alpha=0.8, label="worst flights")
         positive = values[np.isfinite(values) & (values > 0)]
         if positive.size:
@@ -62,7 +60,7 @@ def _wrench_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
     figure, panels = plot.axes(2, 3, 4.9, sharex=True)
     for axis, name in zip(panels, CHANNELS, strict=True):
         plot.bands(axis, _times(table), _history(table, f"cmd_{name}"), lost=math.nan)
-        for trace in _worst(run):
+        for trace in run.traces.values():
             axis.plot(trace["t_s"], trace[f"cmd_{name}"], color=plot.RED, lw=0.5, alpha=0.6, label="worst flights")
         low, high = run.limits(name)
         axis.set_ylim(1.2 * low, 1.2 * high)
@@ -116,18 +114,11 @@ def _norm(trace: pd.DataFrame, name: str) -> NDArray[np.float64]:
     return np.linalg.norm([trace["_".join(filter(None, (stem, axis, unit)))] for axis in "xyz"], axis=0)
 
 
-def _worst(run: Run) -> list[pd.DataFrame]:
-    """The kept flights of the worst samples, the worst first."""
-    order = run.frame["sample"].iloc[worst_first(run)]
-    return [run.traces[sample] for sample in order if sample in run.traces][:_OVERLAID]
-
-
 def _marks(axis: Axes, run: Run, table: pd.DataFrame) -> None:
     """Along the upper edge: the time in which faults set in, and the ends of flights that were lost."""
     if (window := run.onsets()) is not None:
         axis.axvspan(window[0], max(window[1], window[0] + 1e-3), 0.97, 1.0, color=plot.ORANGE, lw=0, label="fault onsets")
-    kept = np.isin(run.frame["sample"], table.index)
-    lost = run.frame.loc[run.is_outcome("not_finite") & kept, "outcome_time_s"]
+    lost = run.head.loc[(run.head["outcome"] == "not_finite") & np.isin(run.head["sample"], table.index), "outcome_time_s"]
     if not lost.empty:
         across = axis.get_xaxis_transform()
         axis.plot(lost, np.full(len(lost), 0.94), "x", color=plot.RED, mew=1.5, transform=across, label="flight lost")
@@ -143,8 +134,7 @@ def _finish(panels: list[Axes], columns: int) -> None:
 
 
 def _caption(what: str, run: Run, kept: int) -> str:
-    overlaid = min(len(run.traces), _OVERLAID)
-    worst = f" Red: the {overlaid} worst flights that were kept." if overlaid else ""
+    worst = f" Red: the {len(run.traces)} worst flights that were kept." if run.traces else ""
     onsets = " Orange: when faults set in." if run.onsets() else ""
     lost = " A flight that was lost counts as the largest error from then on, and commands no wrench."
     return f"{what} over time for {count(kept)} samples: median, 5–95 %, smallest to largest.{worst}{onsets}{lost}"

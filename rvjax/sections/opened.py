@@ -1,4 +1,4 @@
-"""The opened run that every section looks at: the table, its columns, the account, verdicts, envelopes and traces.
+"""The opened run that every section looks at: totals of all samples, the account, verdicts, envelopes and traces.
 
 Values of samples that ended not finite are the worst possible ones wherever they are read here, so that no section
 can drop a failed sample by accident.
@@ -6,9 +6,8 @@ can drop a failed sample by accident.
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,23 +19,51 @@ from numpy.typing import NDArray
 from rvjax import check, stats
 from rvjax.check import Verdict
 from rvjax.columns import CHANNELS
+from rvjax.errors import IncompleteError
 from rvjax.results import Account, Column, RunFolder
 from rvjax.results.manifest import Entry
 from rvjax.sections.page import Number
-from rvjax.spec import Spec
+from rvjax.sections.wording import count
+from rvjax.sketch import Sketch
+from rvjax.spec import Keep, Requirement, Spec
+from rvjax.totals import Totals, metric
 
 CONFIDENCE = 0.95
 """Of every two-sided interval in the report; a requirement brings its own."""
 
+OVERLAID = 5
+"""Worst flights that are drawn over the histories of all."""
+
+
+class Fold:
+    """Totals and verdicts of a run, chunk by chunk, in any order: from a folder, or beside the flying."""
+
+    def __init__(self, require: Iterable[Requirement], keep: Keep | None = None) -> None:
+        self.totals = Totals(keep)
+        self._tallies = check.Tallies(require)
+
+    def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
+        """Takes in the table of one chunk, which must not be changed afterwards.
+
+        FolderError where it does not fit the others or was taken in before, UsageError where it lacks what is required.
+        """
+        self.totals.add(chunk, frame, columns)
+        self._tallies.add(frame, columns)
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """On each requirement, from the samples taken in so far."""
+        return self._tallies.verdicts()
+
 
 @dataclass(frozen=True)
 class Run:
-    """A run folder, read and judged. `frame` has one row per flown sample; `folder` is the path to show and to type."""
+    """A run folder, read and judged. `folder` is the path to show and to type; `head` has the rows of the first samples."""
 
     folder: str
     spec: Spec
-    frame: pd.DataFrame
-    columns: Mapping[str, Column]
+    totals: Totals
+    head: pd.DataFrame
     account: Account
     verdicts: Sequence[Verdict]
     envelopes: pd.DataFrame
@@ -48,53 +75,48 @@ class Run:
     @property
     def flown(self) -> int:
         """How many samples have a row."""
-        return len(self.frame)
+        return self.totals.n
+
+    @property
+    def of_head(self) -> str:
+        """What a caption adds where `head` does not have all samples; empty where it has."""
+        return f" Of the first {count(len(self.head))} samples." if len(self.head) < self.flown else ""
 
     def metrics(self, pattern: str) -> list[str]:
         """Names of the metrics (without `metric.`) that match a whole regular expression, in column order."""
-        names = [name.removeprefix("metric.") for name in self.frame.columns if name.startswith("metric.")]
-        return [name for name in names if re.fullmatch(pattern, name)]
+        return [name for name in self.totals.metrics if re.fullmatch(pattern, name)]
 
-    def metric(self, name: str) -> NDArray[np.float64]:
-        """(n,) values in SI; NaN, as of a sample that ended not finite, is replaced by the worst value."""
-        values = self.frame[f"metric.{name}"].to_numpy(dtype=float)
-        return np.where(np.isnan(values), self.worst(name), values)
+    def metric(self, name: str) -> Sketch:
+        """The values of all samples in SI; NaN, as of a sample that ended not finite, counts as the worst value."""
+        return self.totals.metrics[name]
 
-    def worst(self, name: str) -> float:
-        """+inf where lower is better or nothing is said, -inf where higher is better."""
-        return -math.inf if self.column(name).better == "higher" else math.inf
+    def metric_of_head(self, name: str) -> NDArray[np.float64]:
+        """(n,) values of the first samples, one for each row of `head`."""
+        return metric(self.head, name, self.totals.columns)
 
     def column(self, name: str) -> Column:
         """Unit and meaning of a metric."""
-        return self.columns[f"metric.{name}"]
+        return self.totals.columns[f"metric.{name}"]
 
     def draws(self, pattern: str = ".*") -> list[str]:
         """Paths of the numeric draws (without `draw.`) that match a whole regular expression."""
-        drawn = [name for name in self.frame.columns if name.startswith("draw.")]
-        numeric = [name.removeprefix("draw.") for name in drawn if pd.api.types.is_numeric_dtype(self.frame[name])]
-        return [name for name in numeric if re.fullmatch(pattern, name)]
+        return [path for path in self.totals.reach if re.fullmatch(pattern, path)]
 
-    def draw(self, path: str) -> NDArray[np.float64]:
-        """(n,) drawn values in SI."""
-        return self.frame[f"draw.{path}"].to_numpy(dtype=float)
-
-    def is_outcome(self, outcome: str) -> NDArray[np.bool_]:
-        """(n,) whether each sample ended so."""
-        return (self.frame["outcome"] == outcome).to_numpy(dtype=bool)
+    def draw_of_head(self, path: str) -> NDArray[np.float64]:
+        """(n,) drawn values in SI of the first samples, one for each row of `head`."""
+        return self.head[f"draw.{path}"].to_numpy(dtype=float)
 
     def quantile(self, name: str, q: float) -> Number:
         """The q-quantile of a metric with its order-statistic interval."""
-        unit = self.column(name).unit
-        estimate = stats.quantile_interval(self.metric(name), q, CONFIDENCE, worst=self.worst(name))
-        return Number(f"{name}.q{q * 100:g}", estimate, unit, percent=is_share(name))
+        estimate = stats.quantile_interval(self.metric(name), q, CONFIDENCE)
+        return Number(f"{name}.q{q * 100:g}", estimate, self.column(name).unit, percent=is_share(name))
 
-    def share(self, name: str, holds: NDArray[np.bool_]) -> Number:
-        """The share of flown samples for which something holds, with its Clopper-Pearson interval."""
-        estimate = stats.clopper_pearson(int(holds.sum()), holds.size, CONFIDENCE)
-        return Number(f"{name}.share", estimate, percent=True)
+    def share(self, name: str, holds: int) -> Number:
+        """The share of flown samples for which something holds, given their number, with its Clopper-Pearson interval."""
+        return Number(f"{name}.share", stats.clopper_pearson(holds, self.flown, CONFIDENCE), percent=True)
 
     def severity(self, channel: str) -> NDArray[np.float64] | None:
-        """(n,) 1 - product of what the faults leave of a channel's effectiveness; None where no fault draws it.
+        """(n,) 1 - product of what the faults leave of a channel's effectiveness, of the first samples; None without such a draw.
 
         A fault that sets in after the end of the flight takes nothing.
         """
@@ -103,8 +125,8 @@ class Run:
 
     def _remaining(self, path: str) -> NDArray[np.float64]:
         onset = path.replace(".remaining.", ".onset_s.")
-        late = self.draw(onset) >= self.spec.horizon.duration_s if self.draws(re.escape(onset)) else False
-        return np.where(late, 1.0, self.draw(path))
+        late = self.draw_of_head(onset) >= self.spec.horizon.duration_s if self.draws(re.escape(onset)) else False
+        return np.where(late, 1.0, self.draw_of_head(path))
 
     def limits(self, channel: str) -> tuple[float, float]:
         """(-lower, upper) nominal limit of a channel in N or N·m; the middle of its range where it is drawn."""
@@ -120,27 +142,42 @@ class Run:
 
     def onsets(self) -> tuple[float, float] | None:
         """Earliest and latest drawn fault onset in seconds, over all samples."""
-        drawn = [self.draw(path) for path in self.draws(r"faults\..*\.onset_s\..*")]
-        return (float(np.min(drawn)), float(np.max(drawn))) if drawn else None
+        reach = [self.totals.reach[path] for path in self.draws(r"faults\..*\.onset_s\..*")]
+        return (min(low for low, _ in reach), max(high for _, high in reach)) if reach else None
 
 
 def open_run(path: str | Path) -> Run:
-    """Reads and verifies a run folder and judges its requirements.
+    """Reads and verifies a run folder, one chunk in memory at a time, and judges its requirements.
 
     FolderError where it is none or is damaged, IncompleteError where no chunk is finished.
     """
     folder = RunFolder.open(path)
     campaign = check.campaign_of(folder)
-    table = folder.samples()
+    fold = Fold(campaign.require, campaign.keep)
+    for chunk, frame, columns in folder.tables():
+        fold.add(chunk, frame, columns)
+    return opened(folder, fold, campaign)
+
+
+def opened(folder: RunFolder, fold: Fold, campaign: Spec) -> Run:
+    """The run of a folder whose samples have been folded; reads envelopes and the traces that are shown, no samples.
+
+    FolderError where those are damaged, IncompleteError where no chunk is finished.
+    """
+    totals = fold.totals
+    if not totals.n:
+        raise IncompleteError(f"{folder.path}: no chunk is finished yet; fly it with `rvjax run` and the same --out")
+    kept = set(folder.trace_samples())
+    overlaid = [sample for sample in totals.worst["sample"].tolist() if sample in kept][:OVERLAID]
     return Run(
-        folder=str(path),
+        folder=str(folder.path),
         spec=campaign,
-        frame=table.frame,
-        columns=table.columns,
-        account=folder.account(),
-        verdicts=check.judge_all(campaign.require, table),
+        totals=totals,
+        head=totals.head,
+        account=totals.account(folder.requested),
+        verdicts=fold.verdicts,
         envelopes=folder.envelopes(),
-        traces={sample: folder.trace(sample) for sample in folder.trace_samples()},
+        traces={sample: folder.trace(sample) for sample in overlaid},
         identity=folder.identity,
         provenance=folder.provenance,
         chunks=folder.chunks,

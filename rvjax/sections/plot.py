@@ -7,6 +7,7 @@ from a campaign file is drawn as it stands.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rvjax import stats
 from rvjax.sections.wording import power_of_ten
+from rvjax.sketch import Sketch
 
 # Okabe & Ito's colours, told apart by readers with any colour vision.
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
@@ -60,8 +62,9 @@ WIDTH = 9.2
 
 _STEPS = 200  # points that a drawn distribution function keeps
 
-_BEYOND = 1e12
-"""Larger numbers are those of flights that blow up; an axis would hold nothing else, so they are drawn as infinite ones."""
+_BEYOND = 2.0**40
+"""About 10¹². Larger numbers are those of flights that blow up; an axis would hold nothing else, so they are drawn as infinite
+ones. An edge of the sketch's buckets."""
 
 
 def axes(rows: int, columns: int, height: float, **sharing: Any) -> tuple[Figure, list[Axes]]:
@@ -71,21 +74,20 @@ def axes(rows: int, columns: int, height: float, **sharing: Any) -> tuple[Figure
     return figure, [axis for row in grid for axis in row]
 
 
-def distribution(axis: Axes, values: ArrayLike, colour: str, label: str, confidence: float) -> None:
-    """P(X <= x) as a step line with its Dvoretzky-Kiefer-Wolfowitz band; infinite and NaN values keep it below 1."""
-    x = np.sort(np.asarray(values, dtype=float))
-    finite = int((x < _BEYOND).sum())
+def distribution(axis: Axes, values: Sketch, colour: str, label: str, confidence: float) -> None:
+    """P(X <= x) as a step line with its Dvoretzky-Kiefer-Wolfowitz band; infinite values keep it below 1."""
+    finite = values.n - values.at_least(_BEYOND)
     if not finite:
         axis.plot([], [], color=colour, label=f"{label}: no finite value")
         return
     kept = _thinned(finite)
-    share = (kept + 1) / x.size
-    left, right = np.repeat(x[kept], 2), np.concatenate([[0.0], np.repeat(share, 2)[:-1]])
-    half = stats.dkw_band(x.size, confidence)
+    x, share = [values.value(int(rank)) for rank in kept], (kept + 1) / values.n
+    left, right = np.repeat(x, 2), np.concatenate([[0.0], np.repeat(share, 2)[:-1]])
+    half = stats.dkw_band(values.n, confidence)
     axis.plot(left, right, color=colour, label=label)
     axis.fill_between(left, np.clip(right - half, 0, 1), np.clip(right + half, 0, 1), color=colour, alpha=0.18, lw=0)
-    if finite < x.size:
-        axis.plot([x[finite - 1]], [share[-1]], marker=">", color=colour, markersize=5, clip_on=False)
+    if finite < values.n:
+        axis.plot([x[-1]], [share[-1]], marker=">", color=colour, markersize=5, clip_on=False)
 
 
 def probability_axis(axis: Axes) -> None:
@@ -95,15 +97,21 @@ def probability_axis(axis: Axes) -> None:
     axis.set_ylabel("share of samples ≤ x")
 
 
-def value_axis(axis: Axis, values: Iterable[ArrayLike], spread: float = 30.0) -> None:
+def value_axis(axis: Axis, values: Iterable[Sketch], spread: float = 30.0) -> None:
     """Logarithmic where all finite values are positive and differ by more than a factor `spread`; plain tick labels."""
-    everything = np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in values] or [np.zeros(0)])
-    finite = everything[np.abs(everything) < _BEYOND]
-    positive = finite[finite > 0]
-    if finite.size and positive.size == finite.size and positive.max() > spread * positive.min():
-        logarithmic(axis, positive.max() / positive.min())
+    reach = [ends for part in values if (ends := _finite_ends(part))]
+    least, most = min((low for low, _ in reach), default=0.0), max((high for _, high in reach), default=0.0)
+    if least > 0 and most > spread * least:
+        logarithmic(axis, most / least)
     else:
         axis.set_major_formatter(FuncFormatter(_tick))
+
+
+def _finite_ends(values: Sketch) -> tuple[float, float] | None:
+    """The smallest and the largest finite value, where there is one."""
+    behind = values.n - values.at_least(_BEYOND)
+    first = bisect_left(range(behind), True, key=lambda rank: values.value(rank) > -_BEYOND)
+    return (values.value(first), values.value(behind - 1)) if first < behind else None
 
 
 def logarithmic(axis: Axis, ratio: float) -> None:

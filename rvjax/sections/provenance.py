@@ -9,7 +9,8 @@ from typing import Any
 
 from rvjax.sections.opened import Run
 from rvjax.sections.page import Cell, Code, Section, Table
-from rvjax.sections.wording import count
+from rvjax.sections.wording import SPACE, count
+from rvjax.sketch import EXACT, RELATIVE_ERROR
 
 _CHUNKS_SHOWN = 32
 
@@ -20,7 +21,7 @@ def section(run: Run) -> Section:
     chunks = run.chunks[:_CHUNKS_SHOWN]
     more = len(run.chunks) - len(chunks)
     rest = f" The hashes of the other {count(more)} chunks are in manifest.json." if more else ""
-    body = (
+    tables = (
         Table("Command that flies it again.", ("command",), ((Code(_command(run)),),)),
         Table("Identity: everything the numbers are a function of.", ("what", "value"), _facts(run.identity)),
         Table("How it was started.", ("what", "value"), _facts(run.provenance)),
@@ -31,7 +32,21 @@ def section(run: Run) -> Section:
             tuple((Code(chunk.file), count(chunk.first), count(chunk.count), Code(chunk.sha256)) for chunk in chunks),
         ),
     )
-    return Section("provenance", "Provenance and definitions", lead, tuple(table for table in body if table.rows))
+    body = (*_sketched(run), *(table for table in tables if table.rows))
+    return Section("provenance", "Provenance and definitions", lead, body)
+
+
+def _sketched(run: Run) -> tuple[str, ...]:
+    """How right an order statistic is that was not read from the values themselves."""
+    if all(run.metric(name).exact for name in run.metrics(".*")):
+        return ()
+    text = (
+        f"Order statistics of the {count(run.flown)} samples are read from sketches, which count values in narrow buckets: "
+        f"the {count(EXACT)} smallest and the {count(EXACT)} largest values are exact, one between them is right to "
+        f"{100 * RELATIVE_ERROR:.2f}{SPACE}%, and the ends of its interval are moved outwards to the edges of their buckets. "
+        "Counts and verdicts are exact."
+    )
+    return (text,)
 
 
 def _command(run: Run) -> str:

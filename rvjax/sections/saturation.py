@@ -29,15 +29,15 @@ def section(run: Run) -> Section:
     title = "Saturation"
     if not run.metrics(r"saturation_duty\.any"):
         return Section("saturation", title, "The table has no saturation metrics.")
-    saturated = run.metric("saturation_duty.any") > 0
+    saturated = run.metric("saturation_duty.any").positive
     share = spoken(run.share("saturation_duty.any.ever", saturated))
     lead = f"{share} of the samples saturate a channel at some time: |command| of at least 99 % of its limit."
-    stem = "saturation_duty" if saturated.any() else "saturation_depth"
+    stem = "saturation_duty" if saturated else "saturation_depth"
     tables = [quantiles(run, _DEPTH, run.metrics(r"saturation_depth\..*"))]
-    if saturated.any():
+    if saturated:
         duty, longest = run.metrics(r"saturation_duty\..*"), run.metrics(r"longest_saturated_s\..*")
         tables = [quantiles(run, _DUTY, duty), quantiles(run, _LONGEST, longest), *tables]
-    severe = {name: severity for name in CHANNELS if (severity := run.severity(name)) is not None}
+    severe = {name: severity for name in CHANNELS if (severity := run.severity(name)) is not None and severity.size}
     faults = _against_severity(run, severe, stem) if severe else ("No fault draws a loss of effectiveness.",)
     return Section("saturation", title, lead, (_spread_figure(run, stem), *tables, *faults))
 
@@ -47,10 +47,11 @@ def _spread_figure(run: Run, stem: str) -> Drawing:
     words, unit, scale = _SHOWN[stem]
     names = run.metrics(rf"{stem}\..*")
     figure, (axis,) = plot.axes(1, 1, 0.36 * len(names) + 0.9)
-    values = scale * np.sort([run.metric(name) for name in names], axis=1)
-    largest = np.max(values, axis=1, initial=0, where=np.isfinite(values))
+    values = [run.metric(name) for name in names]
+    largest = scale * np.array([max(0.0, part.value(part.finite - 1)) if part.finite else 0.0 for part in values])
     beyond = 1.05 * max(largest.max(), 1e-3)
-    low, middle, high, far = np.quantile(values, (0.05, 0.5, 0.95, 0.99), axis=1, method="inverted_cdf")
+    ranks = [stats.quantile_rank(run.flown, q) for q in (0.05, 0.5, 0.95, 0.99)]
+    low, middle, high, far = scale * np.array([[part.value(rank) for part in values] for rank in ranks])
     rows = np.arange(len(names))
     left, right = np.minimum(low, beyond), np.minimum(high, beyond)
     axis.barh(rows, right - left, left=left, height=0.5, color=plot.SKY, label="5–95 %")
@@ -74,10 +75,10 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
     least, most_severe = np.min(list(severe.values())), np.max(list(severe.values()))
     edges = np.linspace(least, max(most_severe, least + 1e-3), _BINS + 1)
     figure, panels = plot.axes(2, 3, 4.9, sharex=True, sharey="row")
-    every = max(1, run.flown // _DOTS)
+    every = max(1, len(run.head) // _DOTS)
     rows: list[tuple[Cell, ...]] = []
     for axis, (name, severity) in zip(panels, severe.items(), strict=False):
-        values = run.metric(f"{stem}.{name}")
+        values = run.metric_of_head(f"{stem}.{name}")
         place = np.clip(np.digitize(severity, edges) - 1, 0, len(edges) - 2)
         axis.plot(severity[::every], scale * values[::every], ".", color=plot.SKY, ms=2.5, alpha=0.6, label="samples")
         groups = [values[place == part] for part in range(len(edges) - 1)]
@@ -94,13 +95,16 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
     for axis in panels[len(severe) :]:
         axis.set_axis_off()
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    dots = len(range(0, len(run.head), every))
     drawn = (
         f"{capital(words)} of a channel against the effectiveness that it has lost; where several faults act on it, "
         f"what remains is multiplied. Bars: {percent(CONFIDENCE)} confidence intervals of the quantiles in bins of "
-        f"severity. Dots: {count(len(range(0, run.flown, every)))} of the samples. An infinite quantile is not drawn."
+        f"severity. Dots: {count(dots)} of the samples. An infinite quantile is not drawn.{run.of_head}"
     )
     head = ("channel", *(f"severity {low:.2f} – {high:.2f}" for low, high in pairwise(edges)))
-    caption = f"{capital(words)} that 95 % of the samples in a bin do not exceed, with its {percent(CONFIDENCE)} interval."
+    caption = (
+        f"{capital(words)} that 95 % of the samples in a bin do not exceed, with its {percent(CONFIDENCE)} interval.{run.of_head}"
+    )
     return Drawing("saturation-severity", drawn, figure), Table(caption, head, tuple(rows))
 
 

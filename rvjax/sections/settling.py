@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from rvjax.sections import plot
 from rvjax.sections.opened import CONFIDENCE, Run
@@ -45,8 +43,8 @@ def _lead(run: Run, name: str) -> str:
     return f"95 % of the samples have a {label(name)} of at most {spoken(late)}."
 
 
-def _never(run: Run, name: str) -> NDArray[np.bool_]:
-    return np.isposinf(run.metric(name))
+def _never(run: Run, name: str) -> int:
+    return run.metric(name).at_least(math.inf)
 
 
 def _time_figure(run: Run, names: list[str]) -> Drawing:

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-import numpy as np
-from numpy.typing import NDArray
-
 from rvjax.sections.opened import CONFIDENCE, Run
 from rvjax.sections.page import Cell, Named, Table
 from rvjax.sections.wording import capital, channel, count, label, percent
@@ -27,10 +24,10 @@ def quantiles(run: Run, caption: str, names: Iterable[str]) -> Table:
     return Table(f"{caption} {_reading(run)}", head, tuple((named(run, name), *_levels(run, name)) for name in names))
 
 
-def shares(run: Run, caption: str, events: Mapping[str, tuple[str, NDArray[np.bool_]]]) -> Table:
-    """One row per event (name → words, which samples): how many samples, and their share with its interval."""
+def shares(run: Run, caption: str, events: Mapping[str, tuple[str, int]]) -> Table:
+    """One row per event (name → words, number of samples): how many samples, and their share with its interval."""
     text = f"{caption} Clopper–Pearson intervals at {percent(CONFIDENCE)} confidence."
-    rows = tuple((words, count(int(holds.sum())), run.share(name, holds)) for name, (words, holds) in events.items())
+    rows = tuple((words, count(holds), run.share(name, holds)) for name, (words, holds) in events.items())
     return Table(text, ("event", "samples", "share of all samples"), rows)
 
 
@@ -50,5 +47,10 @@ def _named(run: Run, name: str) -> Cell:
 def _reading(run: Run) -> str:
     return (
         f"So many samples are no worse than the value; below it, its {percent(CONFIDENCE)} confidence interval "
-        f"(order statistics, n = {count(run.flown)}). A sample that ended not finite counts as ∞."
+        f"({_method(run)}, n = {count(run.flown)}). A sample that ended not finite counts as ∞."
     )
+
+
+def _method(run: Run) -> str:
+    exact = all(run.metric(name).exact for name in run.metrics(".*"))
+    return "order statistics" if exact else "order statistics read from a sketch, see provenance"

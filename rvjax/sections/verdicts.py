@@ -37,7 +37,7 @@ def headline(run: Run) -> Headline:
     account = run.account
     words = {verdict.verdict for verdict in run.verdicts}
     word = next((word for word in _ORDER if word in words), "NO REQUIREMENT")
-    captured = run.share("captured", run.is_outcome("captured"))
+    captured = run.share("captured", account.captured)
     sentence = {
         "PASS": "Every requirement is shown to hold.",
         "FAIL": "At least one requirement is shown not to hold.",

@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rvjax.results import Column, RunFolder
+from rvjax.totals import worst_first
 
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 DURATION = 300.0
@@ -90,7 +91,7 @@ def make(
             folder.commit(chunk, frame.iloc[first : first + 256].reset_index(drop=True), columns)
         if kept:
             folder.write_envelope(0, *_histories(generator, frame.iloc[:kept]))
-            for sample in range(min(kept, 3)):
+            for sample in worst_first(frame, columns)[:3]:
                 folder.write_trace(sample, *_trace(generator, frame.iloc[sample]))
     return path
 

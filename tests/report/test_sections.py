@@ -9,6 +9,7 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
+import pandas as pd
 import pytest
 
 from rvjax.sections import SECTIONS
@@ -16,7 +17,7 @@ from rvjax.sections.opened import Run, open_run
 from rvjax.sections.page import Number, Section, Table
 from rvjax.sections.plot import STYLE
 from rvjax.sections.tables import quantiles
-from rvjax.sections.worst import worst_first
+from rvjax.totals import Totals, worst_first
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +33,8 @@ def sections(run: Run) -> Iterator[list[Section]]:
 
 def test_worst_samples_come_first(run: Run) -> None:
     """Mutations killed: a class out of order, a sign lost in one of the keys, NaN sorted last."""
-    rows = run.frame.iloc[worst_first(run)]
+    rows = run.head.iloc[worst_first(run.head, run.totals.columns)]
+    assert list(rows["sample"][:10]) == list(run.totals.worst["sample"])
     assert sorted(rows["sample"]) == list(range(200))
     assert list(rows["outcome"]) == ["not_finite"] * 20 + ["not_settled"] * 20 + ["captured"] * 160
     assert rows["outcome_time_s"].iloc[:20].is_monotonic_increasing
@@ -42,14 +44,21 @@ def test_worst_samples_come_first(run: Run) -> None:
 
 def test_severity_is_what_the_faults_have_taken_by_the_end(run: Run) -> None:
     """Mutations killed: a sum instead of a product over faults, and a fault after the end of the flight that counts."""
-    second = run.frame.copy()
+    second = run.head.copy()
     second["draw.faults.late.remaining.fx"] = 0.5
     second["draw.faults.late.onset_s.fx"] = np.where(second["sample"] < 100, 10.0, 300.0)
-    severity = replace(run, frame=second).severity("fx")
-    first = run.frame["draw.faults.effectiveness.remaining.fx"].to_numpy()
+    severity = _with(run, second).severity("fx")
+    first = run.head["draw.faults.effectiveness.remaining.fx"].to_numpy()
     assert severity is not None
     assert severity == pytest.approx(1 - first * np.where(np.arange(200) < 100, 0.5, 1.0))
-    assert replace(run, frame=run.frame.drop(columns=run.frame.filter(like="remaining").columns)).severity("fx") is None
+    assert _with(run, run.head.drop(columns=run.head.filter(like="remaining").columns)).severity("fx") is None
+
+
+def _with(run: Run, frame: pd.DataFrame) -> Run:
+    """The run with other samples."""
+    totals = Totals()
+    totals.add(0, frame, run.totals.columns)
+    return replace(run, totals=totals, head=totals.head)
 
 
 def test_quantiles_look_at_the_bad_side(run: Run) -> None:
