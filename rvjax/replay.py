@@ -55,7 +55,7 @@ def recorded(folder: RunFolder, samples: Sequence[int]) -> pd.DataFrame:
         accepted = f"accepted: 0 to {folder.requested - 1}, if flown"
         raise UsageError(f"{folder.path}: no sample {', '.join(map(str, absent))}; {accepted}")
     tables_of = folder.tables([chunk for chunk, part in held.items() if part.size])
-    rows = pd.concat([frame[frame["sample"].isin(wanted)] for _, frame, _ in tables_of])
+    rows = pd.concat([frame[np.isin(frame["sample"], wanted)] for _, frame, _ in tables_of])
     return rows.set_index("sample", drop=False).loc[list(samples)].reset_index(drop=True)
 
 
