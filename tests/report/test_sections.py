@@ -12,8 +12,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rvjax.results import Column, RunFolder
 from rvjax.sections import SECTIONS
-from rvjax.sections.opened import Run, open_run
+from rvjax.sections.opened import OVERLAID, Run, open_run
 from rvjax.sections.page import Number, Section, Table
 from rvjax.sections.plot import STYLE
 from rvjax.sections.tables import quantiles
@@ -40,6 +41,20 @@ def test_worst_samples_come_first(run: Run) -> None:
     assert rows["outcome_time_s"].iloc[:20].is_monotonic_increasing
     assert rows["metric.window_position_error_m"].iloc[20:40].is_monotonic_decreasing
     assert rows["metric.settling_time_s"].iloc[40:].is_monotonic_decreasing
+
+
+def test_only_the_worst_flights_are_read(made: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Five of those that are kept, the worst first. Kills: every kept flight read, one that is not among the worst drawn."""
+    path = made(tmp_path / "run", 60)
+    order = open_run(path).totals.worst["sample"].tolist()
+    with RunFolder.open(path) as folder:
+        trace = folder.trace(order[0])
+        mild = next(sample for sample in range(60) if sample not in order)
+        for sample in (mild, *order[3:]):
+            folder.write_trace(sample, trace, {name: Column(name, "", "made up") for name in trace})
+    read: list[int] = []
+    monkeypatch.setattr(RunFolder, "trace", lambda _, sample: read.append(sample) or trace)
+    assert list(open_run(path).traces) == read == order[:OVERLAID]
 
 
 def test_severity_is_what_the_faults_have_taken_by_the_end(run: Run) -> None:

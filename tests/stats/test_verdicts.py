@@ -13,9 +13,9 @@ import pandas as pd
 import pytest
 from scipy import stats as oracle
 
-from rvjax.check import Tallies, exit_code, judge, judge_all, judge_folder
+from rvjax.check import Tallies, exit_code, judge, judge_all, judge_folder, reckon
 from rvjax.errors import FolderError, IncompleteError, UsageError
-from rvjax.results import Column, RunFolder, Samples
+from rvjax.results import Account, Column, RunFolder, Samples
 from rvjax.sketch import RELATIVE_ERROR
 from rvjax.stats import quantile_interval
 
@@ -172,9 +172,21 @@ def test_a_finished_folder_is_judged_by_its_own_campaign(tmp_path: Path) -> None
             folder.flush()
     (verdict,) = judge_folder(tmp_path / "run")
     assert (verdict.verdict, verdict.n, verdict.limit) == ("PASS", 8, 0.6)
+    assert reckon(tmp_path / "run") == (Account(8, 8, 0, 0, 0), (verdict,))
     with (tmp_path / "run" / "campaign.yaml").open("a") as file:
         file.write("# edited\n")
     with pytest.raises(FolderError, match=r"campaign\.yaml: damaged or edited"):
+        judge_folder(tmp_path / "run")
+
+
+def test_a_folder_with_a_sample_twice_is_not_judged(tmp_path: Path) -> None:
+    """As many rows as were requested, but not of as many samples. Kills: a count of rows passed off as one of samples."""
+    text = (Path(__file__).parents[2] / "campaigns" / "docking-faulted.yaml").read_text()
+    provenance = {"overrides": ["require=[{metric: captured, at_least: 0.6}]"]}
+    with RunFolder.create(tmp_path / "run", {}, provenance, text, 8, "docking") as folder:
+        for chunk in (0, 1):
+            folder.commit(chunk, captured(4, 4), {})
+    with pytest.raises(FolderError, match=r"chunk 1: .* is there twice"):
         judge_folder(tmp_path / "run")
 
 
