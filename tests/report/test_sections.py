@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -13,12 +14,12 @@ import pandas as pd
 import pytest
 
 from rvjax.results import Column, RunFolder
-from rvjax.sections import SECTIONS
+from rvjax.sections import SECTIONS, adaptation, captured, saturation, worst
 from rvjax.sections.opened import OVERLAID, Run, open_run
-from rvjax.sections.page import Number, Section, Table
+from rvjax.sections.page import Code, Number, Section, Table
 from rvjax.sections.plot import STYLE
 from rvjax.sections.tables import quantiles
-from rvjax.totals import Totals, worst_first
+from rvjax.totals import HEAD, Totals, worst_first
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +75,67 @@ def _with(run: Run, frame: pd.DataFrame) -> Run:
     totals = Totals()
     totals.add(0, frame, run.totals.columns)
     return replace(run, totals=totals, head=totals.head)
+
+
+def test_events_are_counted_at_their_edge(run: Run) -> None:
+    """Kills: > for >= at the runaway, a late settling that counts as never, one flight's time for the first one's."""
+    place = np.arange(200)
+    chi, times = np.where(place < 30, 10.0, np.nextafter(10.0, 0.0)), np.where(place < 40, math.inf, 299.0)
+    outcome = np.where(place < 5, "not_finite", "captured")
+    values = {"metric.peak_chi": chi, "metric.settling_time_s": times, "outcome": outcome, "outcome_time_s": place + 3.0}
+    changed = _with(run, run.head.assign(**values))
+    numbers = {number.name: number for section in SECTIONS for number in section(changed).numbers()}
+    assert numbers["peak_chi.runaway.share"].estimate.value == 30 / 200
+    assert numbers["settling_time_s.never.share"].estimate.value == 40 / 200
+    assert "between 3.00 s and 7.00 s." in captured.section(changed).body[-1]
+    for drift in (-1.0, 1.0):
+        drifts = {"metric.peak_chi": 0.0, "metric.peak_estimate_drift": np.where(place == 7, drift, 0.0)}
+        assert "adapts, without a Nussbaum gain" in adaptation.section(_with(run, run.head.assign(**drifts))).lead
+    silent = _with(run, run.head.assign(**{"metric.peak_chi": 0.0, "metric.peak_estimate_drift": 0.0}))
+    assert "reports no adaptive signals" in adaptation.section(silent).lead
+
+
+def test_a_draw_stands_out_by_its_rank_among_the_first(run: Run) -> None:
+    """Ties share their middle; a sample behind the first ones has the rank that its draw would have among them.
+
+    Kills: the rank of the other end of ties, that of the row in the table of the worst, the head's draws for the worst ones'.
+    """
+    first = run.head.assign(**{name: 1.0 for name in run.head if name.startswith("draw.")})
+    place = np.arange(200)
+    first["draw.pursuer.mass_kg"] = np.where((place % 10 >= 3) & (place % 10 < 6), 80.0, 100.0)
+    first.loc[[57, 199], "draw.pursuer.mass_kg"] = 120.0
+    first["outcome"], first["outcome_time_s"] = np.where(place == 199, "not_finite", "captured"), 9.0
+    first["metric.settling_time_s"] = np.where(place == 3, 900.0, 10.0)
+    first["metric.saturation_duty.any"] = 0.125
+    changed = _with(run, first)
+    table, replay = worst.section(changed).body
+    assert isinstance(table, Table)
+    assert isinstance(replay, Table)
+    assert table.rows[0][-1] == "pursuer.mass_kg = 120\u00a0kg (p99.5)"
+    assert table.rows[1][-1] == "pursuer.mass_kg = 80.0\u00a0kg (p15.0)"
+    assert table.rows[1][-2] == "12.5 %"
+    assert [row[0] for row in replay.rows] == [row[0] for row in table.rows] == ["199", "3", *map(str, (0, 1, 2, 4, 5, 6, 7, 8))]
+    assert [row[1] for row in replay.rows[:2]] == [Code(f"rvjax replay {run.folder} --sample {k}") for k in (199, 3)]
+    last = first.assign(sample=place + 200, **{"draw.pursuer.mass_kg": 130.0, "outcome_time_s": 1.0, "outcome": "not_finite"})
+    changed.totals.add(HEAD, last, changed.totals.columns)
+    (table, _) = worst.section(changed).body
+    assert isinstance(table, Table)
+    assert table.rows[0][0] == "203"
+    assert table.rows[0][-1] == "pursuer.mass_kg = 130\u00a0kg (p100.0)"
+    assert table.caption.endswith("Of the first 200 samples.")
+
+
+def test_the_spread_of_saturation_is_drawn_from_all_samples(run: Run) -> None:
+    """Kills: a rank off by one or of another share, infinity drawn as the largest. Values 1 … 200 thousandths, 20 infinite."""
+    values = np.where(np.arange(200) < 180, np.arange(1, 201) / 1000, math.inf)
+    names = [name for name in run.head if name.startswith("metric.saturation_duty.")]
+    figure = saturation.section(_with(run, run.head.assign(**dict.fromkeys(names, values)))).drawings[0].figure
+    (axis,) = figure.axes
+    bar, (far, largest) = axis.patches[0], axis.lines
+    assert (bar.get_x(), axis.collections[0].get_segments()[0][0][0]) == pytest.approx((1.0, 10.0))
+    assert bar.get_x() + bar.get_width() == pytest.approx(1.05 * 18.0)
+    assert np.isinf(far.get_xdata()).all()
+    assert largest.get_xdata() == pytest.approx([18.0] * 7)
 
 
 def test_quantiles_look_at_the_bad_side(run: Run) -> None:

@@ -155,6 +155,14 @@ def test_counts_and_ends_are_those_of_the_table(whole: Totals) -> None:
     assert whole.failed.tolist() == TABLE.loc[TABLE["outcome"] != "captured", "sample"].tolist()
 
 
+def test_a_flight_lost_at_no_known_time_was_lost_last() -> None:
+    """Kills: NaN among the times."""
+    frame = TABLE.assign(outcome="not_finite", outcome_time_s=np.where(np.arange(N) % SIZE == 3, math.nan, 7.0))
+    lost = folded([0, 1], frame=frame).lost
+    assert [lost.value(rank) for rank in (0, 2 * SIZE - 3, 2 * SIZE - 2)] == [7.0, 7.0, math.inf]
+    assert folded([1, 0], frame=frame).worst["outcome_time_s"].tolist() == [7.0] * 30
+
+
 def test_order_statistics_are_those_of_the_table(whole: Totals) -> None:
     """Within the stated error, exact in the tails. Kills: a chunk sketched twice, single precision rounded again."""
     for name, sketch in whole.metrics.items():
