@@ -24,7 +24,7 @@ DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 
 NOT_FLYING = (
     *("cli", "executors", "report", "results", "sections"),
-    *("check.py", "doctor.py", "run.py", "sketch.py", "stats.py", "totals.py"),
+    *("check.py", "doctor.py", "fold.py", "run.py", "sketch.py", "stats.py", "totals.py"),
 )
 """Parts of this package that no number of a flight depends on."""
 

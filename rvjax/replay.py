@@ -50,7 +50,7 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
 def recorded(folder: RunFolder, samples: Sequence[int]) -> pd.DataFrame:
     """The rows of some samples, in their order, read from the chunks that hold them; UsageError where one is not there."""
     wanted = np.unique(np.asarray(samples, dtype=np.int64))
-    held = {entry.chunk: _between(wanted, entry.first, entry.first + entry.count) for entry in folder.chunks}
+    held = {entry.number: _between(wanted, entry.first, entry.first + entry.count) for entry in folder.chunks}
     if absent := sorted({*wanted.tolist()}.difference(*(part.tolist() for part in held.values()))):
         accepted = f"accepted: 0 to {folder.requested - 1}, if flown"
         raise UsageError(f"{folder.path}: no sample {', '.join(map(str, absent))}; {accepted}")

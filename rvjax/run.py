@@ -11,23 +11,38 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from rvjax import process
 from rvjax.batch import LANES
 from rvjax.campaign import load
+from rvjax.check import Verdict
 from rvjax.executors import Crew
-from rvjax.executors.inline import inline
+from rvjax.executors.inline import beside, inline
+from rvjax.fold import Fold
 from rvjax.identity import identity, provenance, short
 from rvjax.pilot import ENVELOPE_CHUNKS, Parcel, Pilot
-from rvjax.replay import trace
-from rvjax.results import RunFolder
+from rvjax.replay import Trace, recorded, trace
+from rvjax.results import Account, RunFolder
 from rvjax.results.manifest import NAME as MANIFEST
+from rvjax.totals import wanted
 
 TRACE_ROWS = 600
-WORST = 10
+"""Of a kept flight: one of more steps is thinned to at most so many."""
+
+TRACED = 104
+"""Flights that are traced together: each takes 400 kB until it is written."""
 
 Progress = Callable[[int, int], None]
 """Called with the samples flown so far, and all samples requested."""
+
+
+class Done(NamedTuple):
+    """A finished run: its folder, and what came of it."""
+
+    folder: Path
+    account: Account
+    verdicts: tuple[Verdict, ...]
 
 
 def run(
@@ -39,69 +54,96 @@ def run(
     opened: Callable[[Path], None] | None = None,
     crew: Crew = inline,
 ) -> Path:
-    """Flies a campaign into a run folder, keeps the traces of its worst samples and writes the report; returns the folder.
+    """Flies a campaign into a run folder, keeps the flights that it asks for and writes the report; returns the folder.
 
     out: the folder, default `reports/<name>/<identity>`. A folder with the same identity is gone on with: only what is missing
-    is flown. overrides: `place=value`, as in `--set`. command: what to record as the command.
+    or damaged is flown. overrides: `place=value`, as in `--set`. command: what to record as the command.
     opened: called with the folder once it is there, before anything flies. crew: who flies, `rvjax.executors`.
 
     Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another run; IncompleteError
     where the disk refuses or chunks could not be flown.
     """
+    return complete(path, out, overrides, progress, command, opened, crew).folder
+
+
+def complete(
+    path: str | Path,
+    out: str | Path | None = None,
+    overrides: Sequence[str] = (),
+    progress: Progress | None = None,
+    command: Sequence[str] = (),
+    opened: Callable[[Path], None] | None = None,
+    crew: Crew = inline,
+) -> Done:
+    """As `run`, and says what came of it: the samples are folded as they come, so the folder need not be read again."""
     problem = load(path, overrides)
     process.configure(problem.spec.precision)
     mine = identity(problem)
-    samples = problem.spec.samples
-    place = Path(out) if out is not None else Path("reports") / problem.spec.name / short(mine)
-    described = (mine, provenance(command, overrides), problem.spec.source.text, samples, problem.spec.name)
+    spec = problem.spec
+    place = Path(out) if out is not None else Path("reports") / spec.name / short(mine)
+    described = (mine, provenance(command, overrides), spec.source.text, spec.samples, spec.name)
     there = (place / MANIFEST).exists()
     folder = RunFolder.resume(place, *described, LANES) if there else RunFolder.create(place, *described)
     if opened is not None:
         opened(place)
+    fold = Fold(spec.require, spec.keep)
     with folder:
         pilot = Pilot(problem, mine)
-        _fly_missing(pilot, folder, crew, progress or (lambda done, total: None))
-        keep_worst(pilot, folder)
-    from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
+        _fly(pilot, folder, fold, crew, progress or (lambda done, total: None))
+        _keep(pilot, folder, wanted(fold.totals))
+        from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
 
-    report.build(place)
-    return place
+        report.write(folder, report.opened(folder, fold, spec))
+    return Done(place, fold.totals.account(spec.samples), fold.verdicts)
 
 
-def _fly_missing(pilot: Pilot, folder: RunFolder, crew: Crew, progress: Progress) -> None:
-    """Flies the chunks that the folder lacks and commits each as it comes."""
+def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:
+    """Flies the chunks that the folder lacks, commits each as it comes, and folds them and those that were there. One of these
+    that turns out to be damaged is flown again."""
     samples = folder.requested
-    count = math.ceil(samples / LANES)
-    folder.weed(["envelopes", "traces"])
-    for _ in folder.sift([chunk.number for chunk in folder.chunks]):
-        pass
-    missing = folder.missing(count, ENVELOPE_CHUNKS)
-    if not missing:
-        return
-    done = samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing)
-    progress(done, samples)
-
-    def keep(parcel: Parcel) -> None:
-        nonlocal done
-        for file in parcel.files:
-            folder.take(file)
-        done += parcel.samples
+    chunks = math.ceil(samples / LANES)
+    folder.weed(["envelopes"])
+    unread = {chunk.number for chunk in folder.chunks}
+    while missing := folder.missing(chunks, ENVELOPE_CHUNKS):
+        done = samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing)
         progress(done, samples)
 
-    with crew(pilot, folder) as executor:
-        executor.fly(missing, keep)
+        def keep(parcel: Parcel) -> None:
+            nonlocal done
+            for file in parcel.files:
+                folder.take(file)
+            for table in folder.tables([parcel.chunk]):  # what is on the disk is what is folded
+                fold.add(*table)
+            done += parcel.samples
+            progress(done, samples)
+
+        with crew(pilot, folder) as executor:
+            executor.fly(missing, keep)
+        unread -= set(missing)
+        _read(folder, fold, unread)
+        unread.clear()
+    _read(folder, fold, unread)
 
 
-def keep_worst(pilot: Pilot, folder: RunFolder) -> None:
-    """Flies the worst samples again, thinned, and keeps their traces."""
-    from rvjax.sections.opened import open_run
-    from rvjax.sections.worst import worst_first
+def _read(folder: RunFolder, fold: Fold, chunks: set[int]) -> None:
+    """Folds chunks that were there before; damaged ones are missing from then on."""
+    for table in folder.sift(sorted(chunks)):
+        fold.add(*table)
 
-    run = open_run(folder.path)
-    worst = [int(run.frame["sample"].iloc[row]) for row in worst_first(run)[:WORST]]
+
+def _keep(pilot: Pilot, folder: RunFolder, samples: Sequence[int]) -> None:
+    """Flies samples again and keeps their flights, thinned, in place of those that were kept before."""
+    folder.weed(["traces"])
+    kept = set(folder.trace_samples())
+    folder.drop_traces(kept.difference(samples))
+    new = [sample for sample in samples if sample not in kept]
     every = math.ceil(pilot.problem.spec.horizon.steps / TRACE_ROWS)
-    folder.drop_traces(run.traces.keys() - worst)
-    new = [sample for sample in worst if sample not in run.traces]
-    if new:
-        for sample, (frame, columns) in trace(pilot.problem, pilot.flyer, new, every, run.frame).items():
+
+    def fly(group: Sequence[int]) -> dict[int, Trace]:
+        return dict(trace(pilot.problem, pilot.flyer, group, every, recorded(folder, group)))
+
+    def write(traces: dict[int, Trace]) -> None:
+        for sample, (frame, columns) in traces.items():
             folder.write_trace(sample, frame, columns)
+
+    beside(fly, (new[first : first + TRACED] for first in range(0, len(new), TRACED)), write, pilot.flyer.stop)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+import hypothesis
 import pytest
 
 from rvjax import process
@@ -14,6 +15,8 @@ from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
 
 process.configure("float64")
+hypothesis.settings.register_profile("untimed", deadline=None)  # a busy machine is no failure
+hypothesis.settings.load_profile("untimed")
 
 FIGURE = "figure"
 

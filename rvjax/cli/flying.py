@@ -5,14 +5,19 @@ from __future__ import annotations
 import shlex
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rvjax.cli.app import Campaign, Dask, Folder, Json, Out, Quiet, Samples, Seed, Sets, Terminated, app, overrides
 from rvjax.cli.output import Output, say, verdict_documents
 from rvjax.errors import IncompleteError
+
+if TYPE_CHECKING:
+    from rvjax.check import Verdict
+    from rvjax.results import Account
 
 
 @app.command()
@@ -80,7 +85,7 @@ def replay(
 def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: str | None = None) -> int:
     """Flies a campaign and judges it; when stopped, says what is kept and how to go on."""
     from rvjax.executors.inline import inline
-    from rvjax.run import run as fly_campaign
+    from rvjax.run import complete
 
     crew = inline
     if dask is not None:
@@ -92,7 +97,7 @@ def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: st
     folder: list[Path] = []
     try:
         with output.progress() as progress:
-            fly_campaign(file, out, given, progress, sys.argv, opened=folder.append, crew=crew)
+            done = complete(file, out, given, progress, sys.argv, opened=folder.append, crew=crew)
     except (KeyboardInterrupt, Terminated, IncompleteError):
         if folder:
             again = ["rvjax", "run", str(file), "--out", str(folder[0]), *(part for one in given for part in ("--set", one))]
@@ -101,14 +106,19 @@ def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: st
             output.document({"stopped": str(folder[0]), "go_on_with": again})
         raise
     output.note(f"done in {time.monotonic() - started:.0f} s")
-    return judge(folder[0], output)
+    return _show(done.folder, done.account, done.verdicts, output)
 
 
 def judge(folder: Path, output: Output) -> int:
     """Prints the verdicts of a run folder; returns the exit code."""
-    from rvjax.check import exit_code, reckon
+    from rvjax.check import reckon
 
-    account, verdicts = reckon(folder)
+    return _show(folder, *reckon(folder), output)
+
+
+def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: Output) -> int:
+    from rvjax.check import exit_code
+
     counts = {name: count for name, count in vars(account).items() if name != "requested"}
     output.text(
         f"{account.requested} samples: " + ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in counts.items())

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rvjax.check import Verdict
     from rvjax.run import Progress
 
-AFTERWARDS = "flying the worst again, writing the report"
+AFTERWARDS = "flying again what is kept, writing the report"
 
 STYLES = {"PASS": "bold green", "FAIL": "bold red", "UNDECIDED": "bold yellow"}
 

@@ -6,10 +6,35 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import islice
+from typing import TypeVar
 
 from rvjax.batch import streams
 from rvjax.pilot import Parcel, Pilot
 from rvjax.results import RunFolder
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+def beside(fly: Callable[[T], R], things: Iterable[T], take: Callable[[R], None], stop: Callable[[], None]) -> None:
+    """Calls `fly` with every thing, several beside each other, and `take` with what comes of each, in their order and in this
+    thread. Memory holds a few at a time. Where it is interrupted, `stop` ends what flies, and what has been flown is taken."""
+    todo, flying = iter(things), deque[Future[R]]()
+    with ThreadPoolExecutor(streams()) as threads:
+        try:
+            while True:
+                flying.extend(threads.submit(fly, one) for one in islice(todo, 2 * streams() - len(flying)))
+                if not flying:
+                    break
+                take(flying.popleft().result())
+        except BaseException:
+            stop()
+            threads.shutdown(wait=True, cancel_futures=True)
+            for future in flying:
+                if not future.cancelled() and future.exception() is None:
+                    take(future.result())
+            raise
 
 
 class Inline:
@@ -20,22 +45,7 @@ class Inline:
 
     def fly(self, chunks: Iterable[int], take: Callable[[Parcel], None]) -> None:
         """As `Executor.fly`, in the order of the chunks."""
-        todo, flying = iter(chunks), deque[Future[Parcel]]()
-        with ThreadPoolExecutor(streams()) as threads:
-            try:
-                while True:
-                    while len(flying) < 2 * streams() and (chunk := next(todo, None)) is not None:
-                        flying.append(threads.submit(self._pilot.parcel, chunk))
-                    if not flying:
-                        break
-                    take(flying.popleft().result())
-            except BaseException:
-                self._pilot.flyer.stop()
-                threads.shutdown(wait=True, cancel_futures=True)
-                for future in flying:
-                    if not future.cancelled() and future.exception() is None:
-                        take(future.result())
-                raise
+        beside(self._pilot.parcel, chunks, take, self._pilot.flyer.stop)
 
 
 @contextmanager

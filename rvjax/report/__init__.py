@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 from rvjax.report.compose import build, write
+from rvjax.sections.opened import opened
 
-__all__ = ["build", "write"]
+__all__ = ["build", "opened", "write"]

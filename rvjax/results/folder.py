@@ -8,7 +8,9 @@ other one is set aside. One process writes.
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import pairwise
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -244,9 +246,14 @@ class RunFolder:
         return join({self._store.entries[key].file: self._table(key) for key in self._store.keys("samples")}, self.requested)
 
     def account(self) -> Account:
-        """How many of the requested samples ended how, and how many are missing."""
-        counts: dict[str, int] = self.samples().frame["outcome"].value_counts().to_dict() if self.chunks else {}
-        captured, not_settled, not_finite = (int(counts.get(outcome, 0)) for outcome in OUTCOMES)
+        """How many of the requested samples ended how, and how many are missing; FolderError where one is there twice."""
+        spans = sorted((entry.first, entry.first + entry.count) for entry in self.chunks)
+        if any(behind > first for (_, behind), (first, _) in pairwise(spans)):
+            raise FolderError(f"{self.path}: chunks share samples; fly the campaign again with another --out")
+        counts = Counter[str]()
+        for _, frame, _ in self.tables():
+            counts.update(frame["outcome"].tolist())
+        captured, not_settled, not_finite = (counts[outcome] for outcome in OUTCOMES)
         missing = self.requested - sum(entry.count for entry in self.chunks)
         return Account(self.requested, captured, not_settled, not_finite, missing)
 

@@ -7,7 +7,7 @@ can drop a failed sample by accident.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,12 +20,13 @@ from rvjax import check, stats
 from rvjax.check import Verdict
 from rvjax.columns import CHANNELS
 from rvjax.errors import IncompleteError
+from rvjax.fold import Fold
 from rvjax.results import Account, Column, RunFolder
 from rvjax.results.manifest import Entry
 from rvjax.sections.page import Number
 from rvjax.sections.wording import count
 from rvjax.sketch import Sketch
-from rvjax.spec import Keep, Requirement, Spec
+from rvjax.spec import Spec
 from rvjax.totals import Totals, metric
 
 CONFIDENCE = 0.95
@@ -33,27 +34,6 @@ CONFIDENCE = 0.95
 
 OVERLAID = 5
 """Worst flights that are drawn over the histories of all."""
-
-
-class Fold:
-    """Totals and verdicts of a run, chunk by chunk, in any order: from a folder, or beside the flying."""
-
-    def __init__(self, require: Iterable[Requirement], keep: Keep | None = None) -> None:
-        self.totals = Totals(keep)
-        self._tallies = check.Tallies(require)
-
-    def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-        """Takes in the table of one chunk, which must not be changed afterwards.
-
-        FolderError where it does not fit the others or was taken in before, UsageError where it lacks what is required.
-        """
-        self.totals.add(chunk, frame, columns)
-        self._tallies.add(frame, columns)
-
-    @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """On each requirement, from the samples taken in so far."""
-        return self._tallies.verdicts()
 
 
 @dataclass(frozen=True)

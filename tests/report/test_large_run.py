@@ -16,10 +16,11 @@ from scipy.stats import spearmanr
 
 from rvjax import check
 from rvjax.errors import FolderError
+from rvjax.fold import Fold
 from rvjax.report import build, write
 from rvjax.results import RunFolder
 from rvjax.sections import plot
-from rvjax.sections.opened import Fold, opened
+from rvjax.sections.opened import opened
 from rvjax.sketch import EXACT, RELATIVE_ERROR, Sketch
 from rvjax.stats import dkw_band, quantile_interval
 from rvjax.totals import HEAD

@@ -268,6 +268,8 @@ def test_samples_that_are_twice_or_were_not_requested_are_refused(tmp_path: Path
         folder.commit(0, chunk(0, 10), COLUMNS)
         folder.commit(1, chunk(0, 10), COLUMNS)
         with pytest.raises(FolderError, match="8 rows of 4 different samples"):
+            folder.samples()
+        with pytest.raises(FolderError, match="chunks share samples"):
             folder.account()
     with create(tmp_path / "more") as folder:
         folder.commit(3, chunk(3, 16), COLUMNS)

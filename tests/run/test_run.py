@@ -19,7 +19,6 @@ from rvjax.replay import replay
 from rvjax.results import RunFolder
 from rvjax.run import run
 from rvjax.sections.opened import open_run
-from rvjax.sections.worst import worst_first
 from tests.short import CAMPAIGN, SHORT
 
 TRACE_COLUMNS = [
@@ -133,8 +132,7 @@ def test_kept_traces_are_those_of_the_worst_samples(tmp_path: Path) -> None:
     first = {sample: folder.trace(sample) for sample in folder.trace_samples()}
     run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=60"])
     kept = set(RunFolder.open(tmp_path / "run").trace_samples())
-    opened = open_run(tmp_path / "run")
-    assert set(kept) == {int(opened.frame["sample"].iloc[row]) for row in worst_first(opened)[:10]}
+    assert kept == set(open_run(tmp_path / "run").totals.worst["sample"])
     for sample in list(first)[:2]:
         again, _, _ = replay(tmp_path / "run", sample)
         pd.testing.assert_frame_equal(again, first[sample], check_exact=True)

@@ -169,7 +169,6 @@ def test_a_finished_folder_is_judged_by_its_own_campaign(tmp_path: Path) -> None
                     judge_folder(tmp_path / "run")
             table = captured(4, 4).assign(**{"sample": range(4 * chunk, 4 * chunk + 4), "metric.peak_chi": 0.5})
             folder.commit(chunk, table, columns)
-            folder.flush()
     (verdict,) = judge_folder(tmp_path / "run")
     assert (verdict.verdict, verdict.n, verdict.limit) == ("PASS", 8, 0.6)
     assert reckon(tmp_path / "run") == (Account(8, 8, 0, 0, 0), (verdict,))

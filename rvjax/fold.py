@@ -1,0 +1,33 @@
+"""Fold: the samples of a run as they come, into all that its report and its verdicts need."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import pandas as pd
+
+from rvjax.check import Tallies, Verdict
+from rvjax.columns import Column
+from rvjax.spec import Keep, Requirement
+from rvjax.totals import Totals
+
+
+class Fold:
+    """Totals and verdicts of a run, chunk by chunk, in any order: from a folder, or beside the flying."""
+
+    def __init__(self, require: Iterable[Requirement], keep: Keep | None = None) -> None:
+        self.totals = Totals(keep)
+        self._tallies = Tallies(require)
+
+    def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
+        """Takes in the table of one chunk, which must not be changed afterwards.
+
+        FolderError where it does not fit the others or was taken in before, UsageError where it lacks what is required.
+        """
+        self.totals.add(chunk, frame, columns)
+        self._tallies.add(frame, columns)
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """On each requirement, from the samples taken in so far."""
+        return self._tallies.verdicts()
