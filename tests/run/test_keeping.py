@@ -1,0 +1,60 @@
+"""Which flights a run keeps, flown again after the pass."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rvjax.replay import replay
+from rvjax.results import RunFolder
+from rvjax.run import TRACED, run
+from tests.short import CAMPAIGN, SHORT
+
+SOME = [*SHORT, "samples=220", "capture={position_m: 17, attitude_mrp: 1, window_s: 5}"]
+"""Not every sample is captured."""
+
+
+def kept(folder: Path) -> list[int]:
+    """The samples whose flights are kept; all files are intact."""
+    opened = RunFolder.open(folder)
+    opened.verify()
+    return opened.trace_samples()
+
+
+def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path) -> None:
+    """All with one folder, in which nothing but the kept flights is flown again. Kills: a policy that does nothing, one sample
+    off, flights of an older policy that stay, more than one group of flights mixed up, a flight kept under another number."""
+    folder = tmp_path / "run"
+    run(CAMPAIGN, folder, [*SOME, "keep={worst: 0, failed: true}"])
+    frame = RunFolder.open(folder).samples().frame
+    failed = frame.loc[frame["outcome"] != "captured", "sample"].tolist()
+    assert 5 < len(failed) < 110
+    assert kept(folder) == failed
+    before = {path.name: path.read_bytes() for path in (folder / "traces").iterdir()}
+
+    flown: list[int] = []
+    run(CAMPAIGN, folder, [*SOME, "keep={all: true}"], progress=lambda done, total: flown.append(done))
+    assert kept(folder) == list(range(220))
+    assert TRACED < 220 - len(before), "several groups"
+    assert {name: (folder / "traces" / name).read_bytes() for name in before} == before
+    opened = RunFolder.open(folder)
+    for sample in (0, 77, 219):
+        again, _, row = replay(folder, sample)
+        pd.testing.assert_frame_equal(opened.trace(sample), again, check_exact=True)
+        last = opened.trace(sample).iloc[-1]
+        error = np.sqrt(sum(last[f"rho_{axis}_m"] ** 2 for axis in "xyz"))
+        assert error == pytest.approx(row["metric.final_position_error_m"], rel=1e-14)
+
+    run(CAMPAIGN, folder, [*SOME, "keep={worst: 0, percentiles: true}"], progress=lambda done, total: flown.append(done))
+    settling = frame["metric.settling_time_s"].fillna(np.inf).to_numpy()
+    order = np.argsort(settling, kind="stable")
+    assert kept(folder) == sorted({int(order[int(np.ceil(q * 220)) - 1]) for q in (0.05, 0.25, 0.5, 0.75, 0.95)})
+
+    run(CAMPAIGN, folder, SOME, progress=lambda done, total: flown.append(done))
+    window = frame["metric.window_position_error_m"]
+    worst = frame.assign(window=window)[frame["outcome"] == "not_settled"].sort_values("window", ascending=False)["sample"][:10]
+    assert kept(folder) == sorted(worst)
+    assert flown == []
