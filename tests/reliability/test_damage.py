@@ -63,6 +63,8 @@ def damage(path: Path, data: bytes, generator: np.random.Generator) -> Damage:
     if generator.uniform() < 0.25:
         place = (place % NEAR if generator.uniform() < 0.5 else size - 1 - place % NEAR) % size
     if kind == "cut short":
+        if generator.uniform() < 0.5 and 0 < (end := data.find(b"\n", place) + 1) < size:
+            place = end  # of a line: the ones before it are as good as ever
         return Damage(kind, path, place, data[place:], b"")
     if kind == "bit flipped":
         return Damage(kind, path, place, data[place : place + 1], bytes([data[place] ^ 1 << int(generator.integers(8))]))
