@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import stat
 from collections.abc import Callable
 from pathlib import Path
@@ -13,83 +14,30 @@ import pytest
 
 from rvjax.errors import FolderError, IncompleteError, RvjaxError
 from rvjax.results import RunFolder, files
+from tests.disk import Disk, Killed
 
-from .conftest import create, fly, resume
-
-
-class Killed(BaseException):
-    """The process ends here: nothing after it happens, not even the clean-up."""
-
+from .conftest import create, fly, only, resume
 
 SAMPLES = 7
 
-EXPECTED = {errno.ENOSPC: IncompleteError, errno.EROFS: FolderError, None: Killed}
+EXPECTED = {errno.ENOSPC: IncompleteError, errno.EIO: IncompleteError, errno.EROFS: FolderError, None: Killed}
 
 
-class Disk:
-    """Counts the calls that change the disk; number `fails` raises an errno, or it and all after it the end."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, fails: int, error: int | None) -> None:
-        self.calls, self.fails, self.error = 0, fails, error
-        for name in ("link", "replace", "rename", "fsync", "mkdir", "unlink", "ftruncate"):
-            monkeypatch.setattr(os, name, self.watched(getattr(os, name)))
-        monkeypatch.setattr(os, "write", self.torn(os.write))
-        opened = Path.open
-        monkeypatch.setattr(Path, "open", lambda path, mode="r": Torn(self, self.watched(opened)(path, mode)))
-
-    def watched(self, call: Callable[..., Any]) -> Callable[..., Any]:
-        def step(*arguments: Any, **options: Any) -> Any:
-            self.step()
-            return call(*arguments, **options)
-
-        return step
-
-    def torn(self, write: Callable[..., int]) -> Callable[..., int]:
-        """A write that may stop half-way."""
-
-        def step(handle: int, data: bytes) -> int:
-            write(handle, data[: len(data) // 2])
-            self.step()
-            return len(data) // 2 + write(handle, data[len(data) // 2 :])
-
-        return step
-
-    def step(self) -> None:
-        self.calls += 1
-        if self.error is None and self.calls >= self.fails:
-            raise Killed
-        if self.error is not None and self.calls == self.fails:
-            raise OSError(self.error, os.strerror(self.error))
+def files_of(path: Path) -> dict[str, bytes]:
+    """All files but those that were set aside."""
+    return {file.name: file.read_bytes() for file in path.rglob("*") if file.is_file() and file.parent.name != "quarantine"}
 
 
-class Torn:
-    """A file whose write may stop half-way."""
-
-    def __init__(self, disk: Disk, file: Any) -> None:
-        self.disk, self.file = disk, file
-
-    def __enter__(self) -> Torn:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.file.close()
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.file, name)
-
-    def write(self, data: bytes) -> None:
-        self.file.write(data[: len(data) // 2])
-        self.disk.step()
-        self.file.write(data[len(data) // 2 :])
-
-
-def committed(path: Path) -> dict[str, bytes]:
-    """The files of the manifest on the disk; nothing where there is none yet."""
+def committed(path: Path, damaged: bool = False) -> dict[str, bytes]:
+    """The whole files of the manifest on the disk; nothing where there is none yet. damaged: some may be not whole."""
     if not (path / "manifest.json").exists():
         return {}
     folder = RunFolder.open(path)
-    folder.verify()
-    return {entry.file: (path / entry.file).read_bytes() for entry in folder.chunks}
+    if not damaged:
+        folder.verify()
+    data = {entry: path / entry.file for entry in folder.chunks}
+    there = {entry.file: (file.read_bytes(), entry.sha256) for entry, file in data.items() if file.exists() or not damaged}
+    return {name: found for name, (found, sha256) in there.items() if files.sha256(found) == sha256}
 
 
 def attempt(path: Path) -> None:
@@ -111,35 +59,58 @@ def outcome(path: Path) -> BaseException | None:
     return None
 
 
+def interrupted(path: Path) -> None:
+    """What a process leaves that ended before it closed the folder: lines in the journal, half a file; and a damaged chunk."""
+    with create(path.with_name("open"), SAMPLES) as folder:
+        fly(folder, SAMPLES)
+        shutil.copytree(folder.path, path)
+    chunk = only(path, "samples/00000")
+    chunk.write_bytes(chunk.read_bytes()[:-1] + b"x")
+    only(path, "samples/00001").rename(path / "samples" / f".{'0' * 32}.{'0' * 32}")
+
+
+@pytest.mark.parametrize("begun", [False, True])
 @pytest.mark.parametrize("error", EXPECTED)
-def test_any_failing_call_keeps_what_was_committed(tmp_path: Path, error: int | None) -> None:
-    """Every call site in turn, with an errno or as the process's end; then the run goes on to the same files.
+def test_any_failing_call_keeps_what_was_committed(
+    tmp_path: Path, error: int | None, begun: bool, figure: Callable[[str], None]
+) -> None:
+    """Every call site in turn, with an errno or as the process's end, in a new folder and in one that is gone on with; then the
+    run goes on to the same files.
 
     Kills: writing in place, a line of the journal before its file, half a line left in front of the next one, a temporary
-    file taken for a chunk, a raw OSError, a lock that outlives its owner.
+    file taken for a chunk, a raw OSError, a lock that outlives its owner, a damaged file that is lost before it is set aside.
     """
     attempt(tmp_path / "whole")
-    whole = {path.name: path.read_bytes() for path in (tmp_path / "whole").rglob("*") if path.is_file()}
+    interrupted(tmp_path / "template")
+    whole = files_of(tmp_path / "whole")
     fails = 0
     while True:
         fails += 1
         path = tmp_path / f"{fails}"
+        if begun:
+            shutil.copytree(tmp_path / "template", path)
         with pytest.MonkeyPatch.context() as monkeypatch:
-            disk = Disk(monkeypatch, fails, error)
+            disk = Disk(monkeypatch, path, fails, error)
             caught = outcome(path)
-        interrupted = disk.calls >= fails
-        assert isinstance(caught, EXPECTED[error] if interrupted else type(None))
-        if error is not None and interrupted:
+        hit = disk.calls >= fails
+        assert isinstance(caught, EXPECTED[error] if hit else type(None)), disk.where
+        if error is not None and hit:
             assert os.strerror(error) in str(caught)
             assert "give" in str(caught), "the message says what to do"
-        kept = committed(path)
+        kept = committed(path, begun)
         attempt(path)
         assert kept.items() <= committed(path).items()
-        left = {file.name: file.read_bytes() for file in path.rglob("*") if file.is_file()}
-        assert left == whole
-        if not interrupted:
+        assert files_of(path) == whole, disk.where
+        if begun:
+            (damaged,) = (path / "quarantine").iterdir()
+            assert damaged.read_bytes()[-1:] == b"x"
+        shutil.rmtree(path)
+        if not hit:
             break
     assert fails > 40
+    way = errno.errorcode[error] if error else "the end of the process"
+    what = "goes on with" if begun else "begins"
+    figure(f"failing calls: {way} at each of {fails - 1} calls of a run that {what} a folder; the same files after going on")
 
 
 def test_bytes_are_durable_before_they_have_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
