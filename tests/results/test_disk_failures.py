@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 
 from rvjax.errors import FolderError, IncompleteError, RvjaxError
-from rvjax.results import RunFolder, files
+from rvjax.results import DataFile, RunFolder, files
 from tests.disk import Disk, Killed
 
-from .conftest import create, fly, only, resume
+from .conftest import COLUMNS, chunk, create, fly, only, resume
 
 SAMPLES = 7
 
@@ -50,6 +50,19 @@ def attempt(path: Path) -> None:
             fly(folder, SAMPLES)
 
 
+def taken(monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """The chunks that a run was told are committed, from now on."""
+    promised: set[str] = set()
+    take = RunFolder.take
+
+    def noted(folder: RunFolder, file: DataFile) -> None:
+        take(folder, file)
+        promised.update({file.entry.file} if file.entry.file.startswith("samples/") else ())
+
+    monkeypatch.setattr(RunFolder, "take", noted)
+    return promised
+
+
 def outcome(path: Path) -> BaseException | None:
     """What stopped a run."""
     try:
@@ -64,8 +77,8 @@ def interrupted(path: Path) -> None:
     with create(path.with_name("open"), SAMPLES) as folder:
         fly(folder, SAMPLES)
         shutil.copytree(folder.path, path)
-    chunk = only(path, "samples/00000")
-    chunk.write_bytes(chunk.read_bytes()[:-1] + b"x")
+    damaged = only(path, "samples/00000")
+    damaged.write_bytes(damaged.read_bytes()[:-1] + b"x")
     only(path, "samples/00001").rename(path / "samples" / f".{'0' * 32}.{'0' * 32}")
 
 
@@ -77,8 +90,9 @@ def test_any_failing_call_keeps_what_was_committed(
     """Every call site in turn, with an errno or as the process's end, in a new folder and in one that is gone on with; then the
     run goes on to the same files.
 
-    Kills: writing in place, a line of the journal before its file, half a line left in front of the next one, a temporary
-    file taken for a chunk, a raw OSError, a lock that outlives its owner, a damaged file that is lost before it is set aside.
+    Kills: writing in place, a line of the journal before its file, a journal emptied before the manifest has its lines, a
+    temporary file taken for a chunk, a raw OSError, a lock that outlives its owner, a damaged file that is lost before it is set
+    aside.
     """
     attempt(tmp_path / "whole")
     interrupted(tmp_path / "template")
@@ -90,6 +104,7 @@ def test_any_failing_call_keeps_what_was_committed(
         if begun:
             shutil.copytree(tmp_path / "template", path)
         with pytest.MonkeyPatch.context() as monkeypatch:
+            promised = taken(monkeypatch)
             disk = Disk(monkeypatch, path, fails, error)
             caught = outcome(path)
         hit = disk.calls >= fails
@@ -98,6 +113,7 @@ def test_any_failing_call_keeps_what_was_committed(
             assert os.strerror(error) in str(caught)
             assert "give" in str(caught), "the message says what to do"
         kept = committed(path, begun)
+        assert promised <= kept.keys(), disk.where
         attempt(path)
         assert kept.items() <= committed(path).items()
         assert files_of(path) == whole, disk.where
@@ -111,6 +127,19 @@ def test_any_failing_call_keeps_what_was_committed(
     way = errno.errorcode[error] if error else "the end of the process"
     what = "goes on with" if begun else "begins"
     figure(f"failing calls: {way} at each of {fails - 1} calls of a run that {what} a folder; the same files after going on")
+
+
+def test_a_run_may_go_on_behind_a_line_that_did_not_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What else had been flown is still handed over. Kills: half a line left in front of the next one."""
+    with create(tmp_path / "run") as folder:
+        folder.commit(0, chunk(0, 10), COLUMNS)
+        write = os.write
+        monkeypatch.setattr(os, "write", lambda handle, data: write(handle, data[:30]))
+        with pytest.raises(IncompleteError, match="No space left"):
+            folder.commit(1, chunk(1, 10), COLUMNS)
+        monkeypatch.undo()
+        folder.commit(2, chunk(2, 10), COLUMNS)
+        assert [entry.number for entry in RunFolder.open(tmp_path / "run").chunks] == [0, 2]
 
 
 def test_bytes_are_durable_before_they_have_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
