@@ -23,10 +23,10 @@ PLACES = ("start", "open", "fly", "take", "worst", "report", "write", "verdict")
 
 
 class Nursery:
-    """The other side: starts the process, asks it to raise children."""
+    """The other side: starts the process, asks it to raise children. before: words in front of its command, as `unshare`."""
 
-    def __init__(self) -> None:
-        words = [sys.executable, "-m", "tests.reliability.nursery"]
+    def __init__(self, before: Sequence[str] = ()) -> None:
+        words = [*before, sys.executable, "-m", "tests.reliability.nursery"]
         root = Path(__file__).parents[2]
         self._process = subprocess.Popen(words, cwd=root, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
@@ -40,6 +40,10 @@ class Nursery:
         request = {"argv": words, "log": str(log), "place": place, "nth": nth, "delay": delay}
         print(json.dumps(request), file=self._process.stdin, flush=True)
         return json.loads(self._process.stdout.readline())
+
+    def root(self) -> Path:
+        """The file systems as the process sees them."""
+        return Path(f"/proc/{self._process.pid}/root")
 
     def close(self) -> None:
         """Ends the process."""
