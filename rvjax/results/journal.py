@@ -33,6 +33,8 @@ class Journal:
         self.root, self.manifest = root, manifest
         self._handle: int | None = None
         self._length = 0
+        self._folded: tuple[Any, ...] | None = None
+        self._seen: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, root: Path) -> Self:
@@ -43,16 +45,26 @@ class Journal:
         if not present:
             raise FolderError(f"{root}: not a run folder, it has no {MANIFEST}; accepted: one written by `rvjax run`")
         data = files.read(path)
-        manifest = Manifest.decode(path, data)
-        base, _, entries = _decode(root / NAME)
-        if base == files.sha256(data):
+        journal = cls(root, Manifest.decode(path, data))
+        text = _text(root / NAME)
+        base, _, entries = _decode(root / NAME, text)
+        journal._seen = files.sha256(data), files.sha256(text)
+        if base == journal._seen[0]:
+            if text.find(b"\n") == len(text) - 1:  # no line, whole or not, behind the first
+                journal._folded, journal._length = journal._state(), len(text)
             for entry in entries:
-                manifest.entries[entry.key] = entry
-        return cls(root, manifest)
+                journal.manifest.entries[entry.key] = entry
+        return journal
+
+    @property
+    def current(self) -> bool:
+        """Whether what was read is what is on the disk now."""
+        return self._seen == tuple(files.sha256(_text(self.root / name)) for name in (MANIFEST, NAME))
 
     def add(self, entry: Entry) -> None:
         """Adds a file; on the disk when this returns. Only after `fold`."""
         line = _line(entry.model_dump())
+        self._folded = None
         with files.explained(self.root / NAME):
             assert self._handle is not None
             try:
@@ -67,16 +79,24 @@ class Journal:
 
     def fold(self) -> None:
         """Writes the manifest with all that there is, and an empty journal that goes on from it: in this order, so that nothing
-        is lost in between; a new folder gets its manifest last, and is none before."""
-        self.close()
-        data = self.manifest.encode()
-        head = _line({"base": files.sha256(data), "head": plain(self.manifest.head.model_dump())})
-        new = {MANIFEST: data, NAME: head}
-        for name in new if (self.root / MANIFEST).exists() else reversed(new):
-            files.replace(self.root / name, new[name])
-        with files.explained(self.root / NAME):
-            self._handle = os.open(self.root / NAME, os.O_WRONLY | os.O_APPEND)
-        self._length = len(head)
+        is lost in between; a new folder gets its manifest last, and is none before. Where both are so already, they stay."""
+        state = self._state()
+        if state != self._folded:
+            self.close()
+            self._folded = None
+            data = self.manifest.encode()
+            head = _line({"base": files.sha256(data), "head": state[0]})
+            new = {MANIFEST: data, NAME: head}
+            for name in new if (self.root / MANIFEST).exists() else reversed(new):
+                files.replace(self.root / name, new[name])
+            self._folded, self._length = state, len(head)
+        if self._handle is None:
+            with files.explained(self.root / NAME):
+                self._handle = os.open(self.root / NAME, os.O_WRONLY | os.O_APPEND)
+
+    def _state(self) -> tuple[Any, ...]:
+        """Everything that the manifest is to hold."""
+        return plain(self.manifest.head.model_dump()), dict(self.manifest.entries)
 
     def close(self) -> None:
         """Closes the file."""
@@ -91,7 +111,7 @@ def head_of(root: Path) -> Head:
         return Manifest.decode(root / MANIFEST, files.read(root / MANIFEST)).head
     except FolderError as error:
         try:
-            return _decode(root / NAME, 1)[1]
+            return _decode(root / NAME, _text(root / NAME), 1)[1]
         except FolderError:
             raise FolderError(
                 f"{root}: neither {MANIFEST} nor {NAME} is whole, so nothing says what was flown here; "
@@ -107,11 +127,16 @@ def _checked(text: bytes) -> bytes:
     return b'["' + files.sha256(text)[:16].encode() + b'", ' + text + b"]\n"
 
 
-def _decode(path: Path, at_most: int | None = None) -> tuple[str, Head, list[Entry]]:
-    """Base, head and entries; FolderError where a line was changed or the first is missing. at_most: of so many lines."""
+def _text(path: Path) -> bytes:
+    """The whole file; nothing where there is none."""
     with files.explained(path):
         present = path.is_file()
-    lines = files.read(path).split(b"\n")[:-1][:at_most] if present else []
+    return files.read(path) if present else b""
+
+
+def _decode(path: Path, text: bytes, at_most: int | None = None) -> tuple[str, Head, list[Entry]]:
+    """Base, head and entries; FolderError where a line was changed or the first is missing. at_most: of so many lines."""
+    lines = text.split(b"\n")[:-1][:at_most]
     try:
         for number, line in enumerate(lines, start=1):
             if _checked(line[_CHECK:-1]) != line + b"\n":
@@ -119,4 +144,4 @@ def _decode(path: Path, at_most: int | None = None) -> tuple[str, Head, list[Ent
         first, *others = (json.loads(line[_CHECK:-1]) for line in lines)
         return str(first["base"]), Head.model_validate(first["head"]), ENTRIES.validate_python(others)
     except (ValidationError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise FolderError(f"{path}: {'damaged, no journal' if present else 'missing'}; {REBUILD}") from error
+        raise FolderError(f"{path}: {'damaged, no journal' if text else 'missing or empty'}; {REBUILD}") from error

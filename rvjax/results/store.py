@@ -75,7 +75,8 @@ class Store:
         if self._lock is None:
             lock = files.lock(self.root)
             try:
-                self._journal = Journal.read(self.root)
+                if not self._journal.current:
+                    self._journal = Journal.read(self.root)
                 self.fold()
             except BaseException:
                 os.close(lock)

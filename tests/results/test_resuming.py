@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pyarrow as pa
 import pytest
 
-from rvjax.errors import FolderError, UsageError
+from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.results import Column, RunFolder, files
 
 from .conftest import COLUMNS, IDENTITY, LANES, chunk, create, fly, lacking, only, resume
@@ -123,6 +124,43 @@ def test_what_was_committed_is_there_at_once_for_others(tmp_path: Path) -> None:
         assert (tmp_path / "run" / "manifest.json").read_bytes() == before
     assert len((tmp_path / "run" / "journal.jsonl").read_bytes().splitlines()) == 1
     assert len(RunFolder.open(tmp_path / "run").chunks) == 6
+
+
+def test_a_folder_that_is_as_it_should_be_is_not_written_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Manifest and journal stay the files they are, and lines are added behind the one that is there. Kills: seconds for each
+    of three rewrites of a large manifest; a length of the journal that is not known, so that half a line takes the first away.
+    """
+    path = tmp_path / "run"
+    with create(path) as folder:
+        folder.commit(0, chunk(0, 10), COLUMNS)
+    before = [(path / name).stat().st_ino for name in ("manifest.json", "journal.jsonl")]
+    with resume(path, 10) as folder:
+        pass
+    with resume(path, 10) as folder:
+        assert [(path / name).stat().st_ino for name in ("manifest.json", "journal.jsonl")] == before
+        write = os.write
+        monkeypatch.setattr(os, "write", lambda handle, data: write(handle, data[:30]))
+        with pytest.raises(IncompleteError):
+            folder.commit(1, chunk(1, 10), COLUMNS)
+        monkeypatch.undo()
+        folder.commit(2, chunk(2, 10), COLUMNS)
+        assert [entry.number for entry in RunFolder.open(path).chunks] == [0, 2]
+    with resume(path, 10, command="rvjax run --again"):
+        assert [(path / name).stat().st_ino for name in ("manifest.json", "journal.jsonl")] != before
+    assert RunFolder.open(path).provenance["command"] == "rvjax run --again"
+
+
+def test_whoever_comes_to_write_sees_what_was_written_since(tmp_path: Path) -> None:
+    """Kills: going on from what was read before the folder was claimed."""
+    with create(tmp_path / "run") as folder:
+        folder.commit(0, chunk(0, 10), COLUMNS)
+    first = RunFolder.open(tmp_path / "run")
+    with RunFolder.open(tmp_path / "run") as second:
+        second.commit(1, chunk(1, 10), COLUMNS)
+    with first:
+        first.commit(2, chunk(2, 10), COLUMNS)
+        assert [entry.number for entry in first.chunks] == [0, 1, 2]
+    assert [entry.number for entry in RunFolder.open(tmp_path / "run").chunks] == [0, 1, 2]
 
 
 def test_a_line_cut_short_is_no_damage_and_its_file_is_taken_in(tmp_path: Path) -> None:
