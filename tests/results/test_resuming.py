@@ -150,6 +150,17 @@ def test_a_folder_that_is_as_it_should_be_is_not_written_again(tmp_path: Path, m
     assert RunFolder.open(path).provenance["command"] == "rvjax run --again"
 
 
+def test_half_a_line_alone_is_not_written_behind(tmp_path: Path) -> None:
+    """Kills: a journal with a rest in it that is taken for one that is as it should be."""
+    with create(tmp_path / "run") as folder:
+        folder.commit(0, chunk(0, 10), COLUMNS)
+    with (tmp_path / "run" / "journal.jsonl").open("ab") as file:
+        file.write(b'["0123456789abcdef", {"fi')
+    with resume(tmp_path / "run", 10) as folder:
+        folder.commit(1, chunk(1, 10), COLUMNS)
+        assert [entry.number for entry in RunFolder.open(tmp_path / "run").chunks] == [0, 1]
+
+
 def test_whoever_comes_to_write_sees_what_was_written_since(tmp_path: Path) -> None:
     """Kills: going on from what was read before the folder was claimed."""
     with create(tmp_path / "run") as folder:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,10 @@ from rvjax.results import RunFolder
 from rvjax.run import run
 from rvjax.sections.opened import open_run
 from tests.short import CAMPAIGN, SHORT
+
+REPLAYED = (0, LANES - 1, 2 * LANES + 167, 3 * LANES + 49)
+
+QUICK = "controller={use: pd-plus}"
 
 TRACE_COLUMNS = [
     "t_s",
@@ -96,18 +101,24 @@ def test_worst_traces_are_kept_and_thinned(flown: Path) -> None:
     assert all(len(trace) == 401 for trace in traces.values())
 
 
-def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path) -> None:
+def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path, figure: Callable[[str], None]) -> None:
     """Kills: draws that depend on the number of samples, a chunk flown twice with another result, pads in the table."""
-    fewer = table(run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=250"]))
+    first, then = 2 * LANES + 168, 3 * LANES + 50
+    fewer = table(run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, f"samples={first}"]))
     flown: list[int] = []
     more = table(
-        run(CAMPAIGN, tmp_path / "run", [*SHORT, f"samples={LANES + 50}"], progress=lambda done, total: flown.append(done))
+        run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, f"samples={then}"], progress=lambda done, total: flown.append(done))
     )
-    assert len(more) == LANES + 50
-    pd.testing.assert_frame_equal(more.iloc[:250], fewer, check_exact=True)
+    assert len(more) == then
+    assert flown[0] == 2 * LANES, "whole chunks are there, the one that was cut is flown with those that are new"
+    pd.testing.assert_frame_equal(more.iloc[:first], fewer, check_exact=True)
     again: list[int] = []
-    run(CAMPAIGN, tmp_path / "run", [*SHORT, f"samples={LANES + 50}"], progress=lambda done, total: again.append(done))
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, f"samples={then}"], progress=lambda done, total: again.append(done))
     assert again == []
+    for sample in REPLAYED:
+        replay(tmp_path / "run", sample, every=100)  # compares every metric with the row
+    figure(f"extension: {first} samples, then {then}: the first {first} rows bit-equal, only the last two chunks flown")
+    figure(f"replay: {len(REPLAYED)} samples of any chunk, alone at the same lanes: every metric bit-equal to the row")
 
 
 def test_the_verdict_is_on_the_requirements_given_last(flown: Path, tmp_path: Path) -> None:
