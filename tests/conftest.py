@@ -24,7 +24,7 @@ FIGURE = "figure"
 def pytest_addoption(parser: pytest.Parser) -> None:
     """`--mutants`: the mutants of the flying half as well, each in a process of its own (minutes).
     `--acceptance`: the scenarios of the documentation at their full size (minutes).
-    `--long`: the reliability suite, so far its fuzzed campaign files, in its full numbers (minutes).
+    `--long`: the reliability suite in its full numbers (an hour).
     """
     parser.addoption("--mutants", action="store_true", help="run the mutants of the flying half (minutes)")
     parser.addoption("--acceptance", action="store_true", help="fly the documented scenarios at full size (minutes)")
