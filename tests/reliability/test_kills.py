@@ -114,8 +114,8 @@ def bits(path: Path) -> dict[str, bytes | list[dict[str, object]]]:
 def test_a_killed_run_goes_on_to_the_same_bits(
     part: int, nursery: Nursery, whole: Path, tmp_path: Path, full: bool, figure: Callable[[str], None]
 ) -> None:
-    """Kills: a file under its name before it is whole, a manifest replaced before the lines that it takes in, a whole file that
-    is set aside or flown again, a lock that outlives its owner, a report that trusts one half made, a chunk counted twice.
+    """Kills: a folder half created that is refused, a whole file that is set aside or flown again, a temporary file that stays.
+    (What takes a moment only, as the order of two files, is broken call by call in test_disk_failures.)
     """
     expected = bits(whole)
     states: Counter[str] = Counter()
