@@ -65,10 +65,10 @@ def watch(note: Callable[[str], None]) -> None:
 
     at: Any = lambda place: lambda *given: place  # noqa: E731
     for owner, attribute, place in (
-        (run, "_fly_missing", at("fly")),
-        (run, "keep_worst", at("worst")),
-        (report, "build", at("report")),
-        (flying, "judge", at("verdict")),
+        (run, "_fly", at("fly")),
+        (run, "_keep", at("worst")),
+        (report, "write", at("report")),
+        (flying, "_show", at("verdict")),
         (RunFolder, "take", at("take")),
         (RunFolder, "write_bytes", at("write")),
         (RunFolder, "seal", at("write")),

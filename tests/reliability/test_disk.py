@@ -8,7 +8,6 @@ import shutil
 import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,7 @@ WAYS = {errno.EIO: 4, errno.ENOSPC: 4, errno.EROFS: 5, None: None}
 LANES = 16
 """Of the chunks here, which are flown once."""
 
-SETS = [part for one in (*SHORT, "controller={use: pd-plus}") for part in ("--set", one)]
+SETS = [part for one in (*SHORT, "controller={use: pd-plus}", "keep={worst: 2}") for part in ("--set", one)]
 DONE = 3
 """40 samples are too few for a verdict."""
 
@@ -55,7 +54,7 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole program but for flying and drawing: chunks and traces are flown once, the report is its numbers."""
     parcels: dict[int, Parcel] = {}
     traces: dict[tuple[int, ...], Any] = {}
-    trace, run = running.trace, running.run
+    trace, complete = running.trace, running.complete
 
     class Crew:
         def __init__(self, pilot: Pilot) -> None:
@@ -68,7 +67,8 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
                 take(parcels[chunk])
 
     @contextmanager
-    def crew(pilot: Pilot) -> Iterator[Crew]:
+    def crew(pilot: Pilot, folder: RunFolder) -> Iterator[Crew]:
+        del folder
         yield Crew(pilot)
 
     def once(problem: Any, flyer: Any, samples: list[int], *more: Any) -> Any:
@@ -78,9 +78,8 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for module in (batch, pilot, identity, replay, running):
         monkeypatch.setattr(module, "LANES", LANES)
-    monkeypatch.setattr(running, "WORST", 2)
     monkeypatch.setattr(running, "trace", once)
-    monkeypatch.setattr(running, "run", partial(run, crew=crew))
+    monkeypatch.setattr(running, "complete", lambda *given, **more: complete(*given, **more | {"crew": crew}))
     monkeypatch.setattr(compose, "SECTIONS", ())
 
 
