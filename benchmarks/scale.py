@@ -71,7 +71,7 @@ def main() -> None:
         for workers in WORKERS:
             print(row(costs, samples, workers, given.price, LANES))
     if given.dask:
-        compare(costs, given.campaign, LANES)
+        compare(costs, given.campaign)
 
 
 def row(costs: Costs, samples: int, workers: int, price: float, lanes: int) -> str:
@@ -164,16 +164,19 @@ def scan_s() -> float:
         return (time.perf_counter() - began) / FILES
 
 
-def compare(costs: Costs, campaign: Path, lanes: int) -> None:
-    """The model against a flight on two local workers of one thread, from the first chunk that is committed to the last."""
+def compare(costs: Costs, campaign: Path) -> None:
+    """The model against flights by this process and by two local workers of one thread."""
+    from benchmarks.runs import pace
     from rvjax.executors.dask import workers
     from rvjax.executors.inline import inline
-    from rvjax.run import run
 
     for name, crew in (("inline", inline), ("two Dask workers", workers(2, lambda text: None))):
-        times: list[tuple[float, int]] = []
+        found = pace(campaign, crew, CHECKED)
+        told = max(costs.flight / 2, costs.take_in + costs.read_back + costs.fold, costs.task if crew is not inline else 0.0)
+        print(f"{name}: {found:.3f} s a chunk on two cores, the model says {told:.3f}: ratio {found / told:.2f}")
 
-        def note(done: int, total: int, times: list[tuple[float, int]] = times) -> None:
+
+def note(done: int, total: int, times: list[tuple[float, int]] = times) -> None:
             times.append((time.perf_counter(), done))
 
         with tempfile.TemporaryDirectory() as place:

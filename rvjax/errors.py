@@ -74,3 +74,7 @@ class FolderError(RvjaxError):
     """A run folder's integrity is broken, or it belongs to another run."""
 
     exit_code: ClassVar[int] = 5
+
+
+class DamagedError(FolderError):
+    """A file of a run folder is missing, or is not what was written."""

@@ -20,7 +20,7 @@ import pandas as pd
 import pyarrow as pa
 
 from rvjax.columns import Column
-from rvjax.errors import FolderError, IncompleteError, UsageError
+from rvjax.errors import DamagedError, FolderError, IncompleteError, UsageError
 from rvjax.results import derived, files
 from rvjax.results.datafile import DataFile
 from rvjax.results.journal import NAME as JOURNAL
@@ -229,7 +229,7 @@ class RunFolder:
         for chunk in chunks:
             try:
                 found = self._table(Key("samples", chunk))
-            except FolderError:
+            except DamagedError:
                 damaged.append(Key("samples", chunk))
                 continue
             yield (chunk, *found)
@@ -329,7 +329,7 @@ class RunFolder:
         try:
             return decode(data)
         except (pa.ArrowException, OSError) as error:
-            raise FolderError(f"{self.path / entry.file}: not a table ({error}); fly the campaign again") from error
+            raise DamagedError(f"{self.path / entry.file}: not a table ({error}); fly the campaign again") from error
 
     def _add(self, key: Key, table: pd.DataFrame | pa.Table, columns: Mapping[str, Column]) -> None:
         self.take(DataFile.of(key, table, columns, self.digest))

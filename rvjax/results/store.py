@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from rvjax.errors import FolderError
+from rvjax.errors import DamagedError, FolderError
 from rvjax.results import files
 from rvjax.results.datafile import DataFile, recognised
 from rvjax.results.journal import NAME as JOURNAL
@@ -120,7 +120,7 @@ class Store:
         """What is wrong with a file; empty where nothing is."""
         try:
             self.verified(self.entries[key])
-        except FolderError as error:
+        except DamagedError as error:
             return str(error)
         return ""
 
@@ -177,10 +177,10 @@ def compared(root: Path, name: str, sha256: str) -> bytes:
     with files.explained(path):
         present = path.is_file()
     if not present:
-        raise FolderError(f"{path}: missing, but SHA-256 {sha256} was committed; {advice}")
+        raise DamagedError(f"{path}: missing, but SHA-256 {sha256} was committed; {advice}")
     data = files.read(path)
     if (found := files.sha256(data)) != sha256:
-        raise FolderError(f"{path}: damaged or edited: SHA-256 {sha256} was committed, {found} is there; {advice}")
+        raise DamagedError(f"{path}: damaged or edited: SHA-256 {sha256} was committed, {found} is there; {advice}")
     return data
 
 

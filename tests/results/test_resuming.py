@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 
@@ -261,3 +262,21 @@ def test_manifest_and_journal_are_made_again_from_the_files(finished: Path) -> N
     journal.unlink()
     with pytest.raises(FolderError, match=r"neither manifest\.json nor journal\.jsonl is whole"):
         RunFolder.rebuild(finished)
+
+
+def test_a_file_that_may_not_be_read_is_no_damage(finished: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kills: setting aside, and flying again, what only somebody's rights keep from being read."""
+    honest = Path.read_bytes
+
+    def refused(path: Path) -> bytes:
+        if path.parent.name in ("samples", "envelopes"):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        return honest(path)
+
+    with resume(finished, 10) as folder:
+        monkeypatch.setattr(Path, "read_bytes", refused)
+        for reading in (lambda: folder.weed(["envelopes"]), lambda: list(folder.sift([0])), folder.verify):
+            with pytest.raises(FolderError, match="give yourself access"):
+                reading()
+        monkeypatch.undo()
+    assert not (finished / "quarantine").exists()
