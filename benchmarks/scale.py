@@ -176,17 +176,6 @@ def compare(costs: Costs, campaign: Path) -> None:
         print(f"{name}: {found:.3f} s a chunk on two cores, the model says {told:.3f}: ratio {found / told:.2f}")
 
 
-def note(done: int, total: int, times: list[tuple[float, int]] = times) -> None:
-            times.append((time.perf_counter(), done))
-
-        with tempfile.TemporaryDirectory() as place:
-            run(campaign, Path(place) / "run", [f"samples={CHECKED * lanes}"], note, crew=crew)
-        (began, first), (ended, last) = times[1], times[-1]
-        found = (ended - began) / ((last - first) / lanes)
-        told = max(costs.flight / 2, costs.take_in + costs.read_back + costs.fold, costs.task if crew is not inline else 0.0)
-        print(f"{name}: {found:.3f} s a chunk on two cores, the model says {told:.3f}: ratio {found / told:.2f}")
-
-
 def each(things: Iterable[Any], do: Callable[[Any], object]) -> float:
     """Median seconds of doing something with each."""
     spent: list[float] = []

@@ -61,7 +61,7 @@ class Station(WorkerPlugin):
 
     def setup(self, worker: Worker) -> None:
         """Called at the worker when it gets the plugin."""
-        self._address = str(worker.address)
+        self._address, self._threads = str(worker.address), worker.state.nthreads
         self._making = Lock()
         self._pilot: Pilot | Unlike | None = None
 
@@ -87,7 +87,7 @@ class Station(WorkerPlugin):
             path = Path(place) / CAMPAIGN
             path.write_text(order.campaign)
             problem = load(path, order.overrides)
-        process.configure(problem.spec.precision)
+        process.configure(problem.spec.precision, self._threads)
         mine = identity(problem)
         unlike = differences(order.identity, mine, "the client", "the worker")
         unlike += differences({"packages": order.packages}, {"packages": packages()}, "the client", "the worker")
