@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from rvjax import process
 from rvjax.batch import LANES
@@ -37,14 +36,6 @@ Progress = Callable[[int, int], None]
 """Called with the samples flown so far, and all samples requested."""
 
 
-class Done(NamedTuple):
-    """A finished run: its folder, and what came of it."""
-
-    folder: Path
-    account: Account
-    verdicts: tuple[Verdict, ...]
-
-
 def run(
     path: str | Path,
     out: str | Path | None = None,
@@ -53,29 +44,18 @@ def run(
     command: Sequence[str] = (),
     opened: Callable[[Path], None] | None = None,
     crew: Crew = inline,
+    finished: Callable[[Account, tuple[Verdict, ...]], None] | None = None,
 ) -> Path:
     """Flies a campaign into a run folder, keeps the flights that it asks for and writes the report; returns the folder.
 
     out: the folder, default `reports/<name>/<identity>`. A folder with the same identity is gone on with: only what is missing
     or damaged is flown. overrides: `place=value`, as in `--set`. command: what to record as the command.
     opened: called with the folder once it is there, before anything flies. crew: who flies, `rvjax.executors`.
+    finished: called with how the samples ended and with the verdicts, for which the folder need not be read again.
 
     Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another run; IncompleteError
     where the disk refuses or chunks could not be flown.
     """
-    return complete(path, out, overrides, progress, command, opened, crew).folder
-
-
-def complete(
-    path: str | Path,
-    out: str | Path | None = None,
-    overrides: Sequence[str] = (),
-    progress: Progress | None = None,
-    command: Sequence[str] = (),
-    opened: Callable[[Path], None] | None = None,
-    crew: Crew = inline,
-) -> Done:
-    """As `run`, and says what came of it: the samples are folded as they come, so the folder need not be read again."""
     problem = load(path, overrides)
     process.configure(problem.spec.precision)
     mine = identity(problem)
@@ -94,7 +74,9 @@ def complete(
         from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
 
         report.write(folder, report.opened(folder, fold, spec))
-    return Done(place, fold.totals.account(spec.samples), fold.verdicts)
+    if finished is not None:
+        finished(fold.totals.account(spec.samples), fold.verdicts)
+    return place
 
 
 def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:

@@ -44,6 +44,12 @@ def figure(record_property: Callable[[str, Any], None]) -> Callable[[str], None]
 
 
 @pytest.fixture
+def bare(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reports without sections, for tests that are not about them: drawing takes longer than a short campaign."""
+    monkeypatch.setattr("rvjax.report.compose.SECTIONS", ())
+
+
+@pytest.fixture
 def rvjax(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     """Runs the program in this process: (exit code, stdout, stderr)."""
     from rvjax.cli import main

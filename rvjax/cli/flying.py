@@ -85,7 +85,7 @@ def replay(
 def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: str | None = None) -> int:
     """Flies a campaign and judges it; when stopped, says what is kept and how to go on."""
     from rvjax.executors.inline import inline
-    from rvjax.run import complete
+    from rvjax.run import run as fly_campaign
 
     crew = inline
     if dask is not None:
@@ -95,9 +95,10 @@ def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: st
 
     started = time.monotonic()
     folder: list[Path] = []
+    results: list[tuple[Account, tuple[Verdict, ...]]] = []
     try:
         with output.progress() as progress:
-            done = complete(file, out, given, progress, sys.argv, opened=folder.append, crew=crew)
+            place = fly_campaign(file, out, given, progress, sys.argv, folder.append, crew, lambda *found: results.append(found))
     except (KeyboardInterrupt, Terminated, IncompleteError):
         if folder:
             again = ["rvjax", "run", str(file), "--out", str(folder[0]), *(part for one in given for part in ("--set", one))]
@@ -106,7 +107,7 @@ def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: st
             output.document({"stopped": str(folder[0]), "go_on_with": again})
         raise
     output.note(f"done in {time.monotonic() - started:.0f} s")
-    return _show(done.folder, done.account, done.verdicts, output)
+    return _show(place, *results[0], output)
 
 
 def judge(folder: Path, output: Output) -> int:

@@ -54,7 +54,7 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole program but for flying and drawing: chunks and traces are flown once, the report is its numbers."""
     parcels: dict[int, Parcel] = {}
     traces: dict[tuple[int, ...], Any] = {}
-    trace, complete = running.trace, running.complete
+    trace, run = running.trace, running.run
 
     class Crew:
         def __init__(self, pilot: Pilot) -> None:
@@ -79,7 +79,7 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (batch, pilot, identity, replay, running):
         monkeypatch.setattr(module, "LANES", LANES)
     monkeypatch.setattr(running, "trace", once)
-    monkeypatch.setattr(running, "complete", lambda *given, **more: complete(*given, **more | {"crew": crew}))
+    monkeypatch.setattr(running, "run", lambda *given: run(*given[:6], crew, *given[7:]))
     monkeypatch.setattr(compose, "SECTIONS", ())
 
 

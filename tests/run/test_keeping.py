@@ -24,6 +24,7 @@ def kept(folder: Path) -> list[int]:
     return opened.trace_samples()
 
 
+@pytest.mark.usefixtures("bare")
 def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path) -> None:
     """All with one folder, in which nothing but the kept flights is flown again. Kills: a policy that does nothing, one sample
     off, flights of an older policy that stay, more than one group of flights mixed up, a flight kept under another number."""

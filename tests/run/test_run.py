@@ -101,6 +101,7 @@ def test_worst_traces_are_kept_and_thinned(flown: Path) -> None:
     assert all(len(trace) == 401 for trace in traces.values())
 
 
+@pytest.mark.usefixtures("bare")
 def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path, figure: Callable[[str], None]) -> None:
     """Kills: draws that depend on the number of samples, a chunk flown twice with another result, pads in the table."""
     first, then = 2 * LANES + 168, 3 * LANES + 50
@@ -121,6 +122,7 @@ def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path, figure: C
     figure(f"replay: {len(REPLAYED)} samples of any chunk, alone at the same lanes: every metric bit-equal to the row")
 
 
+@pytest.mark.usefixtures("bare")
 def test_the_verdict_is_on_the_requirements_given_last(flown: Path, tmp_path: Path) -> None:
     """Kills: verdicts on the requirements of the first run. Nothing is flown again; the ten traces stay the same bytes."""
     copy = tmp_path / "copy"
@@ -135,6 +137,7 @@ def test_the_verdict_is_on_the_requirements_given_last(flown: Path, tmp_path: Pa
     assert {path.name: path.read_bytes() for path in (copy / "traces").iterdir()} == before
 
 
+@pytest.mark.usefixtures("bare")
 def test_kept_traces_are_those_of_the_worst_samples(tmp_path: Path) -> None:
     """A folder that grows from 5 to 60 samples. Kills: traces of samples that are no longer among the worst; a trace whose bits
     depend on the samples it is flown beside."""
@@ -157,6 +160,7 @@ def test_another_seed_is_another_run(flown: Path) -> None:
     assert hashlib.sha256((flown / "manifest.json").read_bytes()).hexdigest() == before
 
 
+@pytest.mark.usefixtures("bare")
 def test_a_sample_that_is_lost_disturbs_no_other(flown: Path, tmp_path: Path) -> None:
     """A gain that is absurd in a third of the samples: those are not finite, one row each; every other row keeps its bits.
 
