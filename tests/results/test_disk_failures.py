@@ -85,7 +85,7 @@ def interrupted(path: Path) -> None:
 @pytest.mark.parametrize("begun", [False, True])
 @pytest.mark.parametrize("error", EXPECTED)
 def test_any_failing_call_keeps_what_was_committed(
-    tmp_path: Path, error: int | None, begun: bool, figure: Callable[[str], None]
+    tmp_path: Path, error: int | None, begun: bool, full: bool, figure: Callable[[str], None]
 ) -> None:
     """Every call site in turn, with an errno or as the process's end, in a new folder and in one that is gone on with; then the
     run goes on to the same files.
@@ -94,6 +94,8 @@ def test_any_failing_call_keeps_what_was_committed(
     temporary file taken for a chunk, a raw OSError, a lock that outlives its owner, a damaged file that is lost before it is set
     aside.
     """
+    if error == errno.EROFS and begun and not full:
+        pytest.skip("a disk that turns read-only: with --long")
     attempt(tmp_path / "whole")
     interrupted(tmp_path / "template")
     whole = files_of(tmp_path / "whole")
