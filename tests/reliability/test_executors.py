@@ -7,9 +7,11 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from distributed import Client
 
 from rvjax.batch import LANES
 from rvjax.campaign import load
@@ -187,6 +189,28 @@ def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, pilot: Pi
     with scheduler() as (address, _), worker(address, **other), pytest.raises(UsageError, match=said):
         fly(pilot, tmp_path / "run", workers(address, lambda text: None))
     assert RunFolder.open(tmp_path / "run").chunks == ()
+
+
+def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
+    tmp_path: Path, pilot: Pilot, inline: dict[str, str]
+) -> None:
+    """Kills: comparing only the workers that are there at the start; giving up the campaign for one of them."""
+    said: list[str] = []
+    flown: list[int] = []
+    with ExitStack() as stack:
+        address, _ = stack.enter_context(scheduler())
+        stack.enter_context(worker(address))
+
+        def come(parcel: Parcel) -> None:
+            flown.append(parcel.chunk)
+            if len(flown) == 1:
+                stack.enter_context(worker(address, XLA_FLAGS="--xla_cpu_prefer_vector_width=256"))
+                stack.enter_context(Client(address)).wait_for_workers(2, timeout=60)
+
+        fly(pilot, tmp_path / "run", workers(address, said.append), come)
+    assert any("is sent away, it would fly other bits:\nxla_flags: the client has" in text for text in said)
+    assert sorted(flown) == list(range(CHUNKS))
+    assert data(tmp_path / "run") == inline
 
 
 @pytest.mark.parametrize("who", ["scheduler", "client"])
