@@ -81,7 +81,7 @@ def workers(place: int | str, say: Say) -> Crew:
             token = f".workers.{uuid.uuid4().hex}"  # a name that is swept up where this process is killed
             (folder.path / token).touch()
             stack.callback((folder.path / token).unlink, missing_ok=True)
-            station = Station(_order(pilot, folder, token))
+            station = Station(_order(pilot, folder, token, isinstance(place, int)))
             try:
                 client.register_plugin(station)
             except Exception as error:  # whatever a worker says against it
@@ -262,7 +262,7 @@ def _client(place: int | str, stack: ExitStack) -> Client:
         raise UsageError(f"--dask {place}: {error}; accepted: the address that `dask scheduler` prints") from error
 
 
-def _order(pilot: Pilot, folder: RunFolder, token: str) -> Order:
+def _order(pilot: Pilot, folder: RunFolder, token: str, local: bool) -> Order:
     return Order(
         campaign=pilot.problem.spec.source.text,
         overrides=tuple(map(str, folder.provenance["overrides"])),
@@ -270,6 +270,7 @@ def _order(pilot: Pilot, folder: RunFolder, token: str) -> Order:
         packages=packages(),
         folder=str(folder.path.resolve()),
         token=token,
+        local=local,
     )
 
 

@@ -7,6 +7,7 @@ nothing.
 
 from __future__ import annotations
 
+import signal
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ from rvjax.results.manifest import differences
 @dataclass(frozen=True)
 class Order:
     """What is to be flown, as text and numbers. folder: the run folder's path at the client; token: name of a file in it, by
-    which a worker that has the folder at the same path recognises it."""
+    which a worker that has the folder at the same path recognises it. local: the workers are the client's own processes."""
 
     campaign: str
     overrides: tuple[str, ...]
@@ -35,6 +36,7 @@ class Order:
     packages: Mapping[str, str]
     folder: str
     token: str
+    local: bool
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,8 @@ class Station(WorkerPlugin):
 
     def setup(self, worker: Worker) -> None:
         """Called at the worker when it gets the plugin."""
+        if self.order.local:  # Ctrl-C in the terminal is the client's, which ends them
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
         self._address, self._threads = str(worker.address), worker.state.nthreads
         self._making = Lock()
         self._pilot: Pilot | Unlike | None = None

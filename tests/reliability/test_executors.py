@@ -232,6 +232,18 @@ def test_a_stopped_campaign_goes_on_without_dask(tmp_path: Path, pilot: Pilot, i
     assert RunFolder.open(tmp_path / "run").requested == SAMPLES
 
 
+def test_ctrl_c_in_the_terminal_of_local_workers(tmp_path: Path) -> None:
+    """It reaches the workers as well. Kills: their tracebacks on the terminal, workers that are gone before the client stops."""
+    running = run(tmp_path / "run", "--dask", "local:2")
+    first_chunk(tmp_path / "run", running)
+    os.killpg(running.pid, signal.SIGINT)
+    code, _, err = ended(running)
+    assert code == 130, err
+    assert "Traceback" not in err
+    assert "--dask local:2" in err
+    assert RunFolder.open(tmp_path / "run").chunks
+
+
 @pytest.mark.parametrize("place", ["local:0", "local:x", "local:", "here", "tcp:/x", "file:///x", "tcp://127.0.0.1:1"])
 def test_a_place_that_is_none_is_exit_2(tmp_path: Path, rvjax: Run, place: str) -> None:
     """Kills: a traceback from Dask, waiting for ever for a scheduler that is not there."""
