@@ -80,37 +80,36 @@ def run(
 
 
 def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:
-    """Flies the chunks that the folder lacks, commits each as it comes, and folds them and those that were there. One of these
-    that turns out to be damaged is flown again."""
-    samples = folder.requested
-    chunks = math.ceil(samples / LANES)
+    """Flies the chunks that the folder lacks, and folds them and those that were there. One of these that turns out to be
+    damaged is flown again."""
+    chunks = math.ceil(folder.requested / LANES)
     folder.weed(["envelopes"])
     unread = {chunk.number for chunk in folder.chunks}
-    while missing := folder.missing(chunks, ENVELOPE_CHUNKS):
-        done = samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing)
+    while (missing := folder.missing(chunks, ENVELOPE_CHUNKS)) or unread:
+        if missing:
+            _fly_missing(pilot, folder, fold, crew, progress, missing)
+        for table in folder.sift(sorted(unread.difference(missing))):  # a damaged one is missing from then on
+            fold.add(*table)
+        unread.clear()
+
+
+def _fly_missing(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress, missing: Sequence[int]) -> None:
+    """Flies some chunks, commits each as it comes, and folds it."""
+    samples = folder.requested
+    done = samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing)
+    progress(done, samples)
+
+    def keep(parcel: Parcel) -> None:
+        nonlocal done
+        for file in parcel.files:
+            folder.take(file)
+        for table in folder.tables([parcel.chunk]):  # what is on the disk is what is folded
+            fold.add(*table)
+        done += parcel.samples
         progress(done, samples)
 
-        def keep(parcel: Parcel) -> None:
-            nonlocal done
-            for file in parcel.files:
-                folder.take(file)
-            for table in folder.tables([parcel.chunk]):  # what is on the disk is what is folded
-                fold.add(*table)
-            done += parcel.samples
-            progress(done, samples)
-
-        with crew(pilot, folder) as executor:
-            executor.fly(missing, keep)
-        unread -= set(missing)
-        _read(folder, fold, unread)
-        unread.clear()
-    _read(folder, fold, unread)
-
-
-def _read(folder: RunFolder, fold: Fold, chunks: set[int]) -> None:
-    """Folds chunks that were there before; damaged ones are missing from then on."""
-    for table in folder.sift(sorted(chunks)):
-        fold.add(*table)
+    with crew(pilot, folder) as executor:
+        executor.fly(missing, keep)
 
 
 def _keep(pilot: Pilot, folder: RunFolder, samples: Sequence[int]) -> None:

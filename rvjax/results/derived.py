@@ -16,14 +16,17 @@ _ADVICE = "`rvjax report` makes it again"
 
 
 def seal(root: Path, made: Mapping[str, str]) -> None:
-    """Notes the SHA-256 of files by their names."""
+    """Notes the SHA-256 of files by their names; figures of an earlier report that this one does not have are removed."""
     files.replace(root / NAME, "".join(f"{digest}  {name}\n" for name, digest in sorted(made.items())).encode())
+    for name in _there(root) - made.keys():
+        with files.explained(root / name):
+            (root / name).unlink()
 
 
 def complaints(root: Path) -> list[str]:
     """One for each file that is not as it was made; none where nothing was made."""
     path = root / NAME
-    there = {name for name in files.listing(root, ("figures",), sweep=False) if _MADE.fullmatch(name)}
+    there = _there(root)
     with files.explained(path):
         present = path.is_file()
     if not present:
@@ -40,3 +43,8 @@ def complaints(root: Path) -> list[str]:
         elif noted.get(name) != files.sha256(files.read(root / name)):
             found.append(f"{root / name}: damaged or edited, it is not what {NAME} says; {_ADVICE}")
     return found
+
+
+def _there(root: Path) -> set[str]:
+    """The names of what was made, by this report or an earlier one."""
+    return {name for name in files.listing(root, ("figures",), sweep=False) if _MADE.fullmatch(name)}

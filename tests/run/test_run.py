@@ -179,3 +179,17 @@ def test_a_sample_that_is_lost_disturbs_no_other(flown: Path, tmp_path: Path) ->
     account = RunFolder.open(folder).account()
     assert account.not_finite == lost.sum()
     assert account.captured == (~lost).sum()
+
+
+@pytest.mark.usefixtures("bare")
+def test_a_finished_run_flies_again_what_has_been_damaged_since(flown: Path, tmp_path: Path) -> None:
+    """One bit of a chunk, whose name and size are as before. Kills: setting it aside without flying it, a report of the rest."""
+    copy = tmp_path / "copy"
+    shutil.copytree(flown, copy)
+    (chunk,) = (copy / "samples").iterdir()
+    good = chunk.read_bytes()
+    chunk.write_bytes(bytes([good[0] ^ 1]) + good[1:])
+    run(CAMPAIGN, copy, SHORT)
+    assert chunk.read_bytes() == good
+    assert RunFolder.open(copy).account().missing == 0
+    RunFolder.open(copy).verify()
