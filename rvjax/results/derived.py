@@ -27,9 +27,7 @@ def complaints(root: Path) -> list[str]:
     """One for each file that is not as it was made; none where nothing was made."""
     path = root / NAME
     there = _there(root)
-    with files.explained(path):
-        present = path.is_file()
-    if not present:
+    if not files.exists(path):
         return [f"{path}: missing, so nothing says whether the report is whole; {_ADVICE}"] if there else []
     data = files.read(path)
     lines = [_LINE.fullmatch(line) for line in data.decode(errors="replace").splitlines()]

@@ -58,6 +58,12 @@ def inside(root: Path, name: str) -> Path:
     return path
 
 
+def exists(path: Path) -> bool:
+    """Whether it is a file."""
+    with explained(path):
+        return path.is_file()
+
+
 def read(path: Path) -> bytes:
     """The whole file."""
     with explained(path):

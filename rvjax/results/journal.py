@@ -40,9 +40,7 @@ class Journal:
     def read(cls, root: Path) -> Self:
         """What is on the disk. FolderError where it is no run folder, or either file was changed or is missing."""
         path = root / MANIFEST
-        with files.explained(path):
-            present = path.is_file()
-        if not present:
+        if not files.exists(path):
             raise FolderError(f"{root}: not a run folder, it has no {MANIFEST}; accepted: one written by `rvjax run`")
         data = files.read(path)
         journal = cls(root, Manifest.decode(path, data))
@@ -129,9 +127,7 @@ def _checked(text: bytes) -> bytes:
 
 def _text(path: Path) -> bytes:
     """The whole file; nothing where there is none."""
-    with files.explained(path):
-        present = path.is_file()
-    return files.read(path) if present else b""
+    return files.read(path) if files.exists(path) else b""
 
 
 def _decode(path: Path, text: bytes, at_most: int | None = None) -> tuple[str, Head, list[Entry]]:

@@ -174,9 +174,7 @@ def compared(root: Path, name: str, sha256: str) -> bytes:
     """The bytes of a file in the run folder; FolderError where their SHA-256 is another one."""
     path = files.inside(root, name)
     advice = "`rvjax run` with the same --out sets it aside and flies it again"
-    with files.explained(path):
-        present = path.is_file()
-    if not present:
+    if not files.exists(path):
         raise DamagedError(f"{path}: missing, but SHA-256 {sha256} was committed; {advice}")
     data = files.read(path)
     if (found := files.sha256(data)) != sha256:

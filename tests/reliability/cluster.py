@@ -42,9 +42,8 @@ def run(out: Path, *arguments: object) -> subprocess.Popen[str]:
 def process(command: list[str], more: Mapping[str, str]) -> subprocess.Popen[str]:
     """A process in a group of its own, which takes an interrupt as one in a terminal does."""
     environment = {**os.environ, "COLUMNS": "200", "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", **QUICK, **more}
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    restored = ["env", "--default-signal=INT", *command]
-    return subprocess.Popen(restored, env=environment, start_new_session=True, **pipes)  # type: ignore[call-overload]
+    restored, pipe = ["env", "--default-signal=INT", *command], subprocess.PIPE
+    return subprocess.Popen(restored, env=environment, start_new_session=True, stdout=pipe, stderr=pipe, text=True)
 
 
 def ended(running: subprocess.Popen[str], within: float = 120) -> tuple[int, str, str]:
