@@ -21,20 +21,21 @@ from pathlib import Path
 from queue import Empty, Queue
 from typing import Any, cast
 
-from rvjax import process
-from rvjax.batch import LANES
 from rvjax.errors import IncompleteError, UsageError
-from rvjax.executors import Crew
-from rvjax.executors.station import Failed, Order, Station, Unlike, fly, ready
-from rvjax.identity import packages
-from rvjax.pilot import Parcel, Pilot
-from rvjax.results import RunFolder
 
 try:
     from dask import config
     from distributed import Client, Future, KilledWorker, LocalCluster
 except ImportError as error:
     raise UsageError("--dask needs the packages dask and distributed; install them with pip install 'rvjax[dask]'") from error
+
+from rvjax import process
+from rvjax.batch import LANES
+from rvjax.executors import Crew
+from rvjax.executors.station import Failed, Order, Station, Unlike, fly, ready
+from rvjax.identity import packages
+from rvjax.pilot import Parcel, Pilot
+from rvjax.results import RunFolder
 
 AHEAD = 2
 """Chunks in flight for each thread of the workers: one flies, one waits."""

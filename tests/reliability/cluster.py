@@ -34,9 +34,9 @@ def program(*arguments: object, **more: str) -> subprocess.Popen[str]:
     return process([sys.executable, "-m", "rvjax", *map(str, arguments)], more)
 
 
-def run(out: Path, *arguments: object) -> subprocess.Popen[str]:
-    """Flies the campaign."""
-    return program("run", CAMPAIGN, "--out", out, *SETS, *arguments)
+def run(out: Path, *arguments: object, **more: str) -> subprocess.Popen[str]:
+    """Flies the campaign. more: environment."""
+    return program("run", CAMPAIGN, "--out", out, *SETS, *arguments, **more)
 
 
 def process(command: list[str], more: Mapping[str, str]) -> subprocess.Popen[str]:

@@ -244,6 +244,16 @@ def test_ctrl_c_in_the_terminal_of_local_workers(tmp_path: Path) -> None:
     assert RunFolder.open(tmp_path / "run").chunks
 
 
+def test_without_the_extra_the_program_says_what_to_install(tmp_path: Path) -> None:
+    """In a process that cannot import Dask. Kills: a traceback, as from a module that is imported before it is missed."""
+    (tmp_path / "distributed.py").write_text("raise ModuleNotFoundError('No module named distributed')")
+    code, _, err = ended(run(tmp_path / "run", "--dask", "local:2", PYTHONPATH=str(tmp_path)))
+    assert code == 2, err
+    assert "pip install 'rvjax[dask]'" in err
+    assert "Traceback" not in err
+    assert not (tmp_path / "run").exists()
+
+
 @pytest.mark.parametrize("place", ["local:0", "local:x", "local:", "here", "tcp:/x", "file:///x", "tcp://127.0.0.1:1"])
 def test_a_place_that_is_none_is_exit_2(tmp_path: Path, rvjax: Run, place: str) -> None:
     """Kills: a traceback from Dask, waiting for ever for a scheduler that is not there."""
