@@ -60,9 +60,10 @@ class Journal:
         return self._seen == tuple(files.sha256(_text(self.root / name)) for name in (MANIFEST, NAME))
 
     def add(self, entry: Entry) -> None:
-        """Adds a file; on the disk when this returns. Only after `fold`."""
+        """Adds a file that is on the disk; so is its line when this returns. Only after `fold`."""
         line = _line(entry.model_dump())
         self._folded = None
+        self.manifest.entries[entry.key] = entry  # before the line: one that is interrupted is in the manifest at the end
         with files.explained(self.root / NAME):
             assert self._handle is not None
             try:
@@ -70,10 +71,10 @@ class Journal:
                     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
                 os.fsync(self._handle)
             except OSError:
+                del self.manifest.entries[entry.key]
                 os.ftruncate(self._handle, self._length)  # no half line before the next one
                 raise
         self._length += len(line)
-        self.manifest.entries[entry.key] = entry
 
     def fold(self) -> None:
         """Writes the manifest with all that there is, and an empty journal that goes on from it: in this order, so that nothing

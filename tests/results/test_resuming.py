@@ -162,6 +162,24 @@ def test_half_a_line_alone_is_not_written_behind(tmp_path: Path) -> None:
         assert [entry.number for entry in RunFolder.open(tmp_path / "run").chunks] == [0, 1]
 
 
+def test_a_stop_while_a_line_goes_to_the_disk_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The others see the line before it is certain to stay. Kills: a manifest without the chunk whose line was interrupted."""
+
+    whole = os.fsync
+
+    def stop(handle: int) -> None:
+        if os.readlink(f"/proc/self/fd/{handle}").endswith("journal.jsonl"):
+            raise KeyboardInterrupt
+        whole(handle)
+
+    with create(tmp_path / "run") as folder:
+        monkeypatch.setattr(os, "fsync", stop)
+        with pytest.raises(KeyboardInterrupt):
+            folder.commit(0, chunk(0, 10), COLUMNS)
+        monkeypatch.undo()
+    assert [entry.number for entry in RunFolder.open(tmp_path / "run").chunks] == [0]
+
+
 def test_whoever_comes_to_write_sees_what_was_written_since(tmp_path: Path) -> None:
     """Kills: going on from what was read before the folder was claimed."""
     with create(tmp_path / "run") as folder:
