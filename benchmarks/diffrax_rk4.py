@@ -42,7 +42,7 @@ def prepare(case: Case) -> Callable[[], Carry]:
 
     def flight(drawn: Drawn, y: State) -> State:
         step = drawn.rules.step_s
-        term = diffrax.ODETerm(lambda t, y, args: case.evaluate(drawn, t, y)[0])
+        term = diffrax.ODETerm(lambda t, y, args: case.evaluate(drawn, t, y, case.carry.held)[0])
         end = case.steps * step
         solved = diffrax.diffeqsolve(term, Classical(), 0.0, end, step, y, max_steps=case.steps + 1)
         return closed_loop.between_steps(jax.tree.map(lambda series: series[-1], solved.ys))

@@ -20,26 +20,32 @@ from rvjax.saturation import SATURATIONS
 from rvjax.spec import Model, Quantity, Source, Spec, parse, validate
 from rvjax.spec.distributions import Fixed
 from rvjax.spec.notation import did_you_mean
+from rvjax.spec.schedule import Schedule
 from rvjax.spec.values import Place, describe, is_list, is_mapping
 
 NEVER = Fixed(1e30)
 """Onset [s] of a fault on a channel that the campaign leaves out."""
 
-FAMILY_OF = {"controller": "controllers", "faults": "faults", "disturbances": "disturbances"}
+FAMILY_OF = {"controller": "controllers", "faults": "faults", "disturbances": "disturbances", "navigation": "navigation"}
 """Where the components of a section of the campaign file come from."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """The quantities of one component by field, and the prefix of their names in the draws."""
+    """The quantities of one component by field, and the prefix of their names in the draws.
+
+    noisy: it also gets the key of a random stream. schedule: of a fault that befalls only some of its channels.
+    """
 
     prefix: str
     quantities: Mapping[str, Quantity]
+    noisy: bool = False
+    schedule: Schedule | None = None
 
 
 @dataclass(frozen=True)
 class Problem:
-    """loop, metrics: what is compiled. controller, faults, disturbances: the numbers that their functions get.
+    """loop, metrics: what is compiled. controller, faults, disturbances, navigation: the numbers that their functions get.
 
     fingerprint: SHA-256 of everything that decides the draws and the flights.
     """
@@ -50,6 +56,7 @@ class Problem:
     controller: Part
     faults: tuple[Part, ...]
     disturbances: tuple[Part, ...]
+    navigation: tuple[Part, ...]
     fingerprint: str
 
     @property
@@ -78,11 +85,14 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
 
 
 def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metric, ...]) -> Problem:
-    choices = (spec.controller, *spec.faults, *spec.disturbances)
-    part = {choice.path: Part(choice.prefix, parameters[choice.path].quantities()) for choice in choices}
-    build = {
-        choice.path: component(FAMILY_OF[str(choice.path[0])], choice.use).build(parameters[choice.path]) for choice in choices
-    }
+    part: dict[Place, Part] = {}
+    build: dict[Place, Any] = {}
+    for choice in (spec.controller, *spec.faults, *spec.disturbances, *spec.navigation):
+        own, found = parameters[choice.path], component(FAMILY_OF[str(choice.path[0])], choice.use)
+        build[choice.path] = found.build(own)
+        schedule = own.schedule if isinstance(own, FaultParameters) else None
+        quantities = {name: quantity for name, quantity in own.quantities().items() if not name.startswith("schedule.")}
+        part[choice.path] = Part(choice.prefix, quantities, found.noisy, schedule)
     return Problem(
         spec=spec,
         loop=Loop(
@@ -90,11 +100,14 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
             saturation=SATURATIONS[spec.saturation.use],
             faults=tuple(build[choice.path] for choice in spec.faults),
             disturbances=tuple(build[choice.path] for choice in spec.disturbances),
+            navigation=tuple(build[choice.path] for choice in spec.navigation),
+            sampling=spec.horizon.control_steps,
         ),
         metrics=metrics,
         controller=part[spec.controller.path],
         faults=tuple(part[choice.path] for choice in spec.faults),
         disturbances=tuple(part[choice.path] for choice in spec.disturbances),
+        navigation=tuple(part[choice.path] for choice in spec.navigation),
         fingerprint=spec.fingerprint(parameters),
     )
 
@@ -129,7 +142,7 @@ def _only(model: FaultParameters) -> FaultParameters:
     """The fault with its quantities on the channels that it leaves out fixed, and their onset never."""
 
     def masked(name: str, quantity: Quantity) -> Quantity:
-        idle = NEVER if name == "onset_s" else Fixed(0.0)
+        idle = NEVER if name in ("onset_s", "duration_s", "period_s") else Fixed(0.0)
         parts = zip(quantity.components, quantity.parts, strict=True)
         return replace(quantity, parts=tuple(part if channel in model.channels else idle for channel, part in parts))
 

@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.algebra import Channels, Symmetric, Vector, inverse, rotate, rotation
-from rvjax.campaign import Part, Problem
+from rvjax.campaign import NEVER, Part, Problem
 from rvjax.closed_loop import Drawn
-from rvjax.columns import Column
+from rvjax.columns import CHANNELS, Column
 from rvjax.dynamics import MU_EARTH
 from rvjax.metrics.interface import Rules
 from rvjax.spec import Quantity
 from rvjax.spec.distributions import Direction
 from rvjax.spec.inertia import Inertia, MatrixInertia
+from rvjax.spec.schedule import Schedule
 from rvjax.state import Motion, Numbers, Plant, TargetMotion
 from rvjax.streams import uniforms
 
@@ -52,8 +53,7 @@ class Draws:
             )
         for own, random, values in zip(names, varies, drawn, strict=True):
             if random:
-                self.values[own] = values
-                self.columns[own] = Column(f"draw.{own}", quantity.unit, quantity.doc)
+                self.keep(own, values, quantity.unit, quantity.doc)
         return drawn
 
     def take(self, name: str, quantity: Quantity) -> Any:
@@ -71,7 +71,40 @@ class Draws:
         """The numbers of a component; below: the part of it under this name only (`gains`)."""
         prefix = f"{below}." if below else ""
         given = part.quantities.items()
-        return Numbers({name.removeprefix(prefix): self.take(f"{part.prefix}.{name}", quantity) for name, quantity in given})
+        values = {name.removeprefix(prefix): self.take(f"{part.prefix}.{name}", quantity) for name, quantity in given}
+        if part.schedule is not None:
+            values["onset_s"] = self.scheduled(part, part.schedule, values["onset_s"])
+        return Numbers(values | ({"noise": self.key(f"{part.prefix}.noise")} if part.noisy else {}))
+
+    def uniform(self, name: str) -> Values:
+        """(samples,) uniform numbers of the stream `name`."""
+        return uniforms(self.seed, name, self.samples)[:, 0]
+
+    def key(self, name: str) -> tuple[Values, ...]:
+        """A random key for every sample: four whole numbers of 16 bits, which float32 holds exactly as well."""
+        return tuple(np.floor(uniforms(self.seed, name, self.samples) * 65536.0).T)
+
+    def scheduled(self, part: Part, schedule: Schedule, onset: Channels) -> Channels:
+        """The onsets of those channels that fail in each sample, +∞ for the others; what flies is what is kept."""
+        quantity, name = part.quantities["onset_s"], f"{part.prefix}.onset_s"
+        able = {
+            channel: values for channel, values, law in zip(CHANNELS, onset.parts(), quantity.parts, strict=True) if law != NEVER
+        }
+        own = f"{part.prefix}.schedule"
+        starts = schedule.arrange(
+            able, lambda what, count: self.take(f"{own}.{what}", count), lambda what: self.uniform(f"{own}.{what}")
+        )
+        for channel, values in starts.items():
+            self.keep(f"{name}.{channel}", values, quantity.unit, f"{quantity.doc}; inf: never")
+        self.keep(
+            f"{own}.failing", np.sum([np.isfinite(x) for x in starts.values()], axis=0, dtype=float), "1", "channels that fail"
+        )
+        return Channels.of(tuple(starts.get(channel, values) for channel, values in zip(CHANNELS, onset.parts(), strict=True)))
+
+    def keep(self, name: str, values: Values, unit: str, doc: str) -> None:
+        """Makes it a column of the table."""
+        self.values[name] = values
+        self.columns[name] = Column(f"draw.{name}", unit, doc)
 
     @classmethod
     def of(cls, problem: Problem, samples: NDArray[np.int64]) -> tuple[Self, Drawn]:
@@ -99,6 +132,7 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
             target_inertia=target_inertia,
             target_inertia_inverse=inverse(target_inertia),
             port=port,
+            centre=Vector(*(draws.same(0.0),) * 3),
         ),
         motion=Motion(
             draws.take("start.rho_m", start.rho_m),
@@ -111,6 +145,7 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
         lower=lower,
         faults=faults,
         disturbances=tuple(draws.numbers(part) for part in problem.disturbances),
+        navigation=tuple(draws.numbers(part) for part in problem.navigation),
         gains=draws.numbers(problem.controller, below="gains"),
         rules=_rules(problem, draws, port, faults),
     )

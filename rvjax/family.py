@@ -17,17 +17,21 @@ from typing import Any, Generic, TypeVar
 from rvjax.errors import UsageError
 from rvjax.spec import Model
 
-FAMILIES = ("controllers", "disturbances", "faults", "metrics")
+FAMILIES = ("controllers", "disturbances", "faults", "metrics", "navigation")
 
 P = TypeVar("P", bound=Model)
 
 
 @dataclass(frozen=True)
 class Component(Generic[P]):
-    """parameters: what a campaign may say. build(parameters) → the function or functions that fly."""
+    """parameters: what a campaign may say. build(parameters) → the function or functions that fly.
+
+    noisy: its numbers hold `noise` as well, the key of a random stream of its own for every sample (`rvjax.noise`).
+    """
 
     parameters: type[P]
     build: Callable[[P], Any]
+    noisy: bool = False
 
 
 @cache

@@ -15,18 +15,20 @@ import jax.numpy as jnp
 
 from rvjax import closed_loop, rk4
 from rvjax.algebra import Channels, Scalar, norm
-from rvjax.closed_loop import Drawn
+from rvjax.closed_loop import Drawn, Held
 from rvjax.metrics.interface import Metric
-from rvjax.state import State, Step
+from rvjax.state import State, Step, Tick
 
-Evaluate = Callable[[Drawn, Scalar, State], tuple[State, Step]]
-"""(numbers, t, y) → (ẏ, everything at this instant): the closed loop."""
+Evaluate = Callable[[Drawn, Scalar, State, Held, Tick | None], tuple[State, Step, Held]]
+"""(numbers, t, y, held, tick) → (ẏ, everything at this instant, held): the closed loop."""
 
 
 class Carry(NamedTuple):
-    """State, accumulators of the metrics, and the first instant at which the state was not finite (+∞: never)."""
+    """State, what was held during the step before, accumulators of the metrics, and the first instant at which the state was not
+    finite (+∞: never)."""
 
     y: State
+    held: Held
     folds: tuple[Any, ...]
     lost_s: Scalar
 
@@ -43,9 +45,9 @@ class Glance(NamedTuple):
 
 def begin(loop: closed_loop.Loop, metrics: tuple[Metric, ...], drawn: Drawn) -> Carry:
     """The carry at t = 0."""
-    y = closed_loop.start(loop, drawn)
+    y, held = closed_loop.start(loop, drawn)
     folds = tuple(metric.start(drawn.rules) for metric in metrics)
-    carry = Carry(y, folds, jnp.where(finite(y), jnp.inf, 0.0))
+    carry = Carry(y, held, folds, jnp.where(finite(y), jnp.inf, 0.0))
     return jax.tree.map(lambda x: jnp.asarray(x, drawn.rules.step_s.dtype), carry)
 
 
@@ -58,18 +60,25 @@ def step(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: C
     """The carry at step k + 1 from the carry at step k."""
     h = drawn.rules.step_s
     t = k * h
-    rate, now = evaluate(drawn, t, carry.y)
+    rate, now, held = opened(evaluate, drawn, carry, k)
     weight = h * jnp.where(k == 0, 0.5, 1.0)
     folds = fold(metrics, carry.folds, now, weight, drawn)
-    y = rk4.step(lambda s, x: evaluate(drawn, s, x)[0], t, carry.y, h, rate)
+    y = rk4.step(lambda s, x: evaluate(drawn, s, x, held, None)[0], t, carry.y, h, rate)
     y = closed_loop.between_steps(y)
     lost = jnp.minimum(carry.lost_s, jnp.where(finite(y), jnp.inf, t + h))
-    return Carry(y, folds, lost)
+    return Carry(y, held, folds, lost)
+
+
+def opened(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> tuple[State, Step, Held]:
+    """(ẏ, everything, what is held) where step k begins. Where nothing is held there is nothing to renew."""
+    h = drawn.rules.step_s
+    tick = Tick(k, k * h, h) if jax.tree.leaves(carry.held) else None
+    return evaluate(drawn, k * h, carry.y, carry.held, tick)
 
 
 def observe(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> Step:
     """Everything at step k."""
-    return evaluate(drawn, k * drawn.rules.step_s, carry.y)[1]
+    return opened(evaluate, drawn, carry, k)[1]
 
 
 def glance(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> Glance:

@@ -69,8 +69,10 @@ def packages() -> dict[str, str]:
 def _foreign(problem: Problem) -> dict[str, str]:
     """SHA-256 over the module of every component that another package brings."""
     found: dict[str, str] = {}
-    for choice in (problem.spec.controller, *problem.spec.faults, *problem.spec.disturbances):
-        family = FAMILY_OF[str(choice.path[0])]
+    for choice in problem.spec.components:
+        family = FAMILY_OF.get(str(choice.path[0]), "")
+        if not family:
+            continue
         origin = members(family)[choice.use]
         if not origin.startswith("rvjax."):
             source = inspect.getsource(module_of(family, choice.use))

@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import Any
 
 from rvjax import saturation
+from rvjax.campaign import FAMILY_OF
 from rvjax.errors import UsageError
 from rvjax.family import FAMILIES, Component, component, members, module_of
 from rvjax.saturation import SATURATIONS
@@ -20,7 +21,18 @@ from rvjax.spec.schema import schema
 
 HERE = "rvjax"
 
-CHAPTERS = ("dynamics", "backstepping", "nussbaum", "differentiator", "saturation", "closed_loop", "flight", "rk4", "streams")
+CHAPTERS = (
+    "dynamics",
+    "backstepping",
+    "nussbaum",
+    "differentiator",
+    "saturation",
+    "closed_loop",
+    "flight",
+    "rk4",
+    "streams",
+    "noise",
+)
 """Modules that hold equations and are no family: each is a page of its own."""
 
 
@@ -93,9 +105,8 @@ def pages_called(name: str) -> list[Page]:
 
 def campaign_schema() -> dict[str, Any]:
     """The JSON Schema of a campaign file, with the parameters of every component that is installed."""
-    sections = {"controller": "controllers", "faults": "faults", "disturbances": "disturbances"}
     families: dict[str, Mapping[str, type[Model]]] = {
-        section: {name: component(family, name).parameters for name in members(family)} for section, family in sections.items()
+        section: {name: component(family, name).parameters for name in members(family)} for section, family in FAMILY_OF.items()
     }
     return schema(families | {"saturation": dict.fromkeys(SATURATIONS, Model)})
 

@@ -39,7 +39,10 @@ class TargetMotion(NamedTuple):
 
 
 class Plant(NamedTuple):
-    """The drawn truth. A controller never gets it."""
+    """The drawn truth. A controller never gets it.
+
+    centre: of mass, from the point about which the actuators' torques are counted, in P [m].
+    """
 
     mass: Scalar
     inertia: Symmetric
@@ -49,6 +52,7 @@ class Plant(NamedTuple):
     target_inertia: Symmetric
     target_inertia_inverse: Symmetric
     port: Vector
+    centre: Vector
 
 
 class Seen(NamedTuple):
@@ -67,6 +71,14 @@ class Seen(NamedTuple):
     lower: Channels
 
 
+class Tick(NamedTuple):
+    """Where a step begins: its number k, its time t = k h, its length h [s]."""
+
+    k: Scalar
+    t: Scalar
+    h: Scalar
+
+
 class Report(NamedTuple):
     """What a controller tells about itself; it acts on nothing.
 
@@ -82,11 +94,13 @@ class Report(NamedTuple):
 class Step(NamedTuple):
     """Everything at one instant of a flight, as metrics and traces see it.
 
-    command: v before the saturation; commanded: h(v); applied: after the faults; disturbance: added to it [N, N·m].
+    seen: the motion as the controller sees it. command: v before the saturation; commanded: h(v); applied: after the faults;
+    disturbance: added to it [N, N·m].
     """
 
     t: Scalar
     motion: Motion
+    seen: Motion
     target: TargetMotion
     plant: Plant
     command: Channels

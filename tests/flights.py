@@ -21,9 +21,11 @@ from rvjax.algebra import Channels, Symmetric, Vector
 from rvjax.closed_loop import Drawn, Loop
 from rvjax.columns import AXES, CHANNELS
 from rvjax.disturbances import constant, sinusoid
+from rvjax.disturbances.interface import Disturbance
 from rvjax.dynamics import MU_EARTH
 from rvjax.family import component, members
 from rvjax.faults import bias, effectiveness
+from rvjax.faults.interface import fault
 from rvjax.metrics.interface import Rules
 from rvjax.saturation import SATURATIONS
 from rvjax.state import Motion, Numbers, Plant, Step, TargetMotion
@@ -31,8 +33,8 @@ from rvjax.state import Motion, Numbers, Plant, Step, TargetMotion
 Array = NDArray[np.float64]
 
 METRICS = tuple(component("metrics", name) for name in members("metrics"))
-FAULTS = (effectiveness.fault, bias.fault)
-DISTURBANCES = (constant.disturbance, sinusoid.disturbance)
+FAULTS = tuple(fault(member.failed) for member in (effectiveness, bias))
+DISTURBANCES = tuple(Disturbance(member.push) for member in (constant, sinusoid))
 
 UPPER = (4.0, 4.0, 4.0, 0.8, 0.8, 0.8)
 LOWER = (3.0, 3.0, 3.0, 0.6, 0.6, 0.6)
@@ -94,6 +96,7 @@ def draw(
             target_inertia=target_inertia,
             target_inertia_inverse=inverse(target_inertia),
             port=vector(4.0, -2.0, 1.5, by=0.5),
+            centre=vector(0.0, 0.0, 0.0),
         ),
         motion=Motion(
             rho=vector(12.0, -9.0, 7.0, by=4.0),

@@ -53,7 +53,7 @@ class Case:
 
     @property
     def evaluate(self) -> Callable[..., Any]:
-        """(numbers, t, y) → (ẏ, everything at this instant), of one sample."""
+        """(numbers, t, y, held, tick) → (ẏ, everything at this instant, held), of one sample."""
         return partial(closed_loop.evaluate, self.problem.loop)
 
     @property

@@ -1,4 +1,5 @@
-"""Disturbances: one file = one member. A component's `build(parameters)` gives a `Disturbance` (`rvjax.closed_loop`)."""
+"""Disturbances: one file = one member. A component's `build(parameters)` gives a `Disturbance`
+(`rvjax.disturbances.interface`)."""
 
 from __future__ import annotations
 

@@ -6,10 +6,11 @@ d_f(t) = f,   d_τ(t) = τ,   both fixed in P
 from __future__ import annotations
 
 from rvjax.algebra import Channels, Scalar
+from rvjax.disturbances.interface import Disturbance
 from rvjax.dynamics import Relative
 from rvjax.family import Component
 from rvjax.spec import Model, Quantity, vector
-from rvjax.state import Motion, Numbers, Plant
+from rvjax.state import Numbers, Plant, State
 
 
 class Parameters(Model):
@@ -19,10 +20,10 @@ class Parameters(Model):
     torque_Nm: Quantity = vector("N·m", default=0.0, doc="disturbance torque τ")
 
 
-def disturbance(t: Scalar, motion: Motion, known: Relative, plant: Plant, numbers: Numbers) -> Channels:
+def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], numbers: Numbers) -> Channels:
     """(f, τ)."""
-    del t, motion, known, plant
+    del t, y, known, plant, memory
     return Channels(numbers.force_N, numbers.torque_Nm)
 
 
-COMPONENT = Component(Parameters, lambda parameters: disturbance)
+COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))

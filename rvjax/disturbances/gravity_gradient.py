@@ -8,20 +8,21 @@ P. Hughes, "Spacecraft attitude dynamics", 2004, §8.1.
 from __future__ import annotations
 
 from rvjax.algebra import Channels, Scalar
+from rvjax.disturbances.interface import Disturbance
 from rvjax.dynamics import Relative, gravity_gradient
 from rvjax.family import Component
 from rvjax.spec import Model
-from rvjax.state import Motion, Numbers, Plant
+from rvjax.state import Numbers, Plant, State
 
 
 class Parameters(Model):
     """None: the torque follows from the motion."""
 
 
-def disturbance(t: Scalar, motion: Motion, known: Relative, plant: Plant, numbers: Numbers) -> Channels:
+def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], numbers: Numbers) -> Channels:
     """(0, 3μ/|r|⁵ r×Jr)."""
-    del t, numbers
-    return Channels(motion.rho * 0.0, gravity_gradient(known.position, plant.inertia))
+    del t, memory, numbers
+    return Channels(y.motion.rho * 0.0, gravity_gradient(known.position, plant.inertia))
 
 
-COMPONENT = Component(Parameters, lambda parameters: disturbance)
+COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))

@@ -6,11 +6,12 @@ dᵢ(t) = aᵢ sin(wᵢ t + φᵢ),   fixed in P
 from __future__ import annotations
 
 from rvjax.algebra import Channels, Scalar, each
+from rvjax.disturbances.interface import Disturbance
 from rvjax.dynamics import Relative
 from rvjax.elementary import sin
 from rvjax.family import Component
 from rvjax.spec import Model, Quantity, channels, vector
-from rvjax.state import Motion, Numbers, Plant
+from rvjax.state import Numbers, Plant, State
 
 
 class Parameters(Model):
@@ -22,11 +23,11 @@ class Parameters(Model):
     phase_rad: Quantity = channels("rad", key="phase_deg", default={"uniform": [0.0, 360.0]}, doc="phase φ at t = 0")
 
 
-def disturbance(t: Scalar, motion: Motion, known: Relative, plant: Plant, numbers: Numbers) -> Channels:
+def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], numbers: Numbers) -> Channels:
     """aᵢ sin(wᵢ t + φᵢ)."""
-    del motion, known, plant
+    del y, known, plant, memory
     amplitude = Channels(numbers.force_N, numbers.torque_Nm)
     return each(lambda a, w, phi: a * sin(w * t + phi), amplitude, numbers.rate_rad_s, numbers.phase_rad)
 
 
-COMPONENT = Component(Parameters, lambda parameters: disturbance)
+COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))

@@ -168,8 +168,10 @@ class DeclaredQuantity(Declared):
     shape: Shape
     largest_norm: float | None = None
 
-    def read(self, raw: Any) -> Quantity:
-        """The quantity in SI."""
+    def read(self, raw: Any) -> Quantity | None:
+        """The quantity in SI; None only where the field may be left out."""
+        if raw is None and self.optional:
+            return None
         reader = Reader(self.symbol, self.range)
         parts, joint = reader.quantity(self.shape, raw)
         if reader.problems:
@@ -186,7 +188,8 @@ class DeclaredQuantity(Declared):
             refuse(Problem(f"in {self.unit}, {error}", "accepted: a wider range"))
 
     def json_schema(self) -> dict[str, Any]:
-        scalar = {"anyOf": [self.bounds(), distribution()]}
+        nothing = [{"type": "null"}] if self.optional else []
+        scalar = {"anyOf": [self.bounds(), distribution(), *nothing]}
         if self.shape == "scalar":
             return scalar
         if self.shape == "vector":

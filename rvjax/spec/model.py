@@ -34,6 +34,12 @@ class Horizon(Model):
 
     duration_s: float = number("s", above=0.0, doc="length of a flight")
     step_s: float = number("s", above=0.0, doc="step of the integration; the duration is a whole number of steps")
+    control_period_s: float | None = number(
+        "s",
+        default=None,
+        above=0.0,
+        doc="sampled controller with zero-order hold, a whole number of steps; without: it is continuous",
+    )
 
     @field_validator("step_s")
     @classmethod
@@ -50,6 +56,22 @@ class Horizon(Model):
             accepted = f"accepted: a whole number of them, such as {duration / whole:g} s"
             refuse(Problem(f"{duration:g} s is {duration / step:g} steps", accepted))
         return step
+
+    @field_validator("control_period_s")
+    @classmethod
+    def _whole_steps(cls, period: float | None, info: ValidationInfo) -> float | None:
+        if period is not None and "step_s" in info.data:
+            step = info.data["step_s"]
+            whole = max(round(period / step), 1)
+            if abs(whole * step - period) > WHOLE * period:
+                found = f"{period:g} s is {period / step:g} steps"
+                refuse(Problem(found, f"accepted: a whole number of them, such as {whole * step:g} s"))
+        return period
+
+    @property
+    def control_steps(self) -> int:
+        """Steps between two instants of a sampled controller; 0: it acts continuously."""
+        return 0 if self.control_period_s is None else round(self.control_period_s / self.step_s)
 
     @property
     def steps(self) -> int:
@@ -148,6 +170,9 @@ class Spec(Model):
     )
     disturbances: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="forces and torques beside the actuators")
     faults: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="what goes wrong with the actuators")
+    navigation: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
+        default=[], doc="errors between the true motion and what the controller sees"
+    )
     controller: Annotated[Choice, OneChoice()] = part(doc="the controller under test")
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
@@ -182,7 +207,7 @@ class Spec(Model):
     @property
     def components(self) -> tuple[Choice, ...]:
         """Every component that is used, in the order of flight."""
-        return (self.controller, self.saturation, *self.faults, *self.disturbances)
+        return (self.controller, self.saturation, *self.faults, *self.disturbances, *self.navigation)
 
     def fingerprint(self, parameters: Mapping[Place, Model] | None = None) -> str:
         """SHA-256 of all that determines draws and flights, in whatever order and whether defaults are written or not.

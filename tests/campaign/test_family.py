@@ -16,13 +16,11 @@ from rvjax.identity import identity
 from rvjax.process import configure
 from tests.short import CAMPAIGN
 
-DRIFT = '''"""Drift: u = h + a (t − t_f) from the onset on."""
-
-import jax.numpy as jnp
+DRIFT = '''"""Creep: u = h + a (t − t_f) from the onset on."""
 
 from rvjax.algebra import each
 from rvjax.family import Component
-from rvjax.faults.interface import FaultParameters
+from rvjax.faults.interface import FaultParameters, fault
 from rvjax.spec import Quantity, channels
 
 
@@ -30,11 +28,11 @@ class Parameters(FaultParameters):
     rate: Quantity = channels("1", doc="rate a, N/s or N·m/s")
 
 
-def fault(t, wrench, plant, numbers):
-    return each(lambda h, t0, a: jnp.where(t >= t0, h + a * (t - t0), h), wrench, numbers.onset_s, numbers.rate)
+def failed(u, since, memory, upper, numbers):
+    return each(lambda h, s, a: h + a * s, u, since, numbers.rate)
 
 
-COMPONENT = Component(Parameters, lambda parameters: fault)
+COMPONENT = Component(Parameters, lambda parameters: fault(failed))
 '''
 
 
@@ -57,10 +55,10 @@ def test_a_fault_from_elsewhere_is_one_like_ours(monkeypatch: pytest.MonkeyPatch
     (tmp_path / "drifting.py").write_text(DRIFT)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "drifting", raising=False)
-    bring(monkeypatch, "drift")
-    assert family.members("faults")["drift"] == "drifting:COMPONENT"
-    problem = load(CAMPAIGN, ["faults=[{use: drift, onset_s: 30, rate: {uniform: [0, 0.01]}, channels: [fx]}]"])
-    assert problem.faults[0].prefix == "faults.drift"
+    bring(monkeypatch, "creep")
+    assert family.members("faults")["creep"] == "drifting:COMPONENT"
+    problem = load(CAMPAIGN, ["faults=[{use: creep, onset_s: 30, rate: {uniform: [0, 0.01]}, channels: [fx]}]"])
+    assert problem.faults[0].prefix == "faults.creep"
     configure()
     assert list(identity(problem)["components"]) == ["drifting:COMPONENT"]
     assert identity(load(CAMPAIGN))["components"] == {}

@@ -18,6 +18,7 @@ from rvjax.batch import Flown, Flyer
 from rvjax.closed_loop import Drawn
 from rvjax.columns import CHANNELS
 from rvjax.disturbances import gravity_gradient
+from rvjax.state import State
 from tests import flights
 from tests.flights import Recorder
 from tests.oracles.absolute import columns, deviation
@@ -94,7 +95,7 @@ def test_gravity_gradient_is_a_torque_alone() -> None:
     """(0, 3μ/|r|⁵ r×Jr) of the true inertia; the torque itself is tested with the plant."""
     one = flights.lane(gentle(STEP_S), 0)
     known = type("Known", (), {"position": one.target.r})()
-    push = gravity_gradient.disturbance(0.0, one.motion, known, one.plant, one.gains)
+    push = gravity_gradient.push(0.0, State(one.motion, one.target, ()), known, one.plant, (), one.gains)
     assert not np.array(push.force.parts()).any()
     assert np.linalg.norm(np.array(push.torque.parts())) > 0.0
 

@@ -13,6 +13,7 @@ from typing import Any
 import jax.numpy as jnp
 
 from rvjax.algebra import Channels, Vector
+from rvjax.disturbances.interface import Disturbance
 from rvjax.family import Component
 from rvjax.spec import Model, Quantity, scalar
 
@@ -26,13 +27,13 @@ class Parameters(Model):
     kind: Quantity = scalar("1", doc="0: NaN, 1: infinite, 2: overflow")
 
 
-def disturbance(t: Any, motion: Any, known: Any, plant: Any, numbers: Any) -> Channels:
+def push(t: Any, y: Any, known: Any, plant: Any, memory: Any, numbers: Any) -> Channels:
     """d(t)."""
-    del motion, known
+    del y, known, memory
     broken = jnp.where(numbers.kind < 0.5, jnp.nan, jnp.where(numbers.kind < 1.5, jnp.inf, 1e308))
-    push = jnp.where((numbers.lot < numbers.share) & (t >= numbers.onset_s), broken, 0.0)
+    blow = jnp.where((numbers.lot < numbers.share) & (t >= numbers.onset_s), broken, 0.0)
     zero = plant.mass * 0.0
-    return Channels(Vector(push, zero, zero), Vector(zero, zero, zero))
+    return Channels(Vector(blow, zero, zero), Vector(zero, zero, zero))
 
 
-COMPONENT = Component(Parameters, lambda parameters: disturbance)
+COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))

@@ -1,0 +1,10 @@
+"""Navigation errors: one file = one member. A component's `build(parameters)` gives an `Instrument`
+(`rvjax.navigation.interface`).
+
+They stand, in the order of the campaign, between the true relative motion and what the controller sees. Without one, navigation
+is perfect.
+"""
+
+from __future__ import annotations
+
+MEMBERS: dict[str, str] = {}
