@@ -137,7 +137,8 @@ class Totals:
             elif kind == "draw" and pd.api.types.is_numeric_dtype(frame[name]):
                 drawn = frame[name].to_numpy(dtype=float)
                 low, high = self._reach.get(path, (math.inf, -math.inf))
-                low, high = np.minimum(low, drawn.min()), np.maximum(high, drawn.max())
+                finite = drawn[drawn < math.inf]  # a fault that never begins has no time
+                low, high = finite.min(initial=low), finite.max(initial=high)
                 self._reach[path] = float(low) + 0.0, float(high) + 0.0  # + 0.0: there is one zero
         if "outcome_time_s" in frame:
             lost = frame.loc[frame["outcome"] == "not_finite", "outcome_time_s"].to_numpy(dtype=float)
@@ -172,7 +173,7 @@ class Totals:
 
     @property
     def reach(self) -> dict[str, tuple[float, float]]:
-        """Smallest and largest value of every numeric draw, by its path without `draw.`, in column order."""
+        """Smallest and largest finite value of every numeric draw (+∞, −∞ without one), by its path, in column order."""
         self._take_in()
         return self._reach
 

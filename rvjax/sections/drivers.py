@@ -73,7 +73,7 @@ def _varied(run: Run) -> dict[str, NDArray[np.float64]]:
     vectors = {path.removesuffix(".x") for path in drawn if path.endswith(".x")}
     whole = [stem for stem in sorted(vectors) if f"{stem}.y" in drawn and f"{stem}.z" in drawn]
     drawn |= {f"|{stem}|": np.linalg.norm([drawn[f"{stem}.{axis}"] for axis in "xyz"], axis=0) for stem in whole}
-    return {path: x for path, x in drawn.items() if np.ptp(x) > 0}
+    return {path: x for path, x in drawn.items() if x.min() < x.max()}
 
 
 def _figure(run: Run, found: dict[str, dict[str, Estimate]], leading: list[str]) -> Drawing:

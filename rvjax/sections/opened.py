@@ -121,8 +121,9 @@ class Run:
         return [str(item) for item in self.provenance.get("overrides", ())]
 
     def onsets(self) -> tuple[float, float] | None:
-        """Earliest and latest drawn fault onset in seconds, over all samples."""
-        reach = [self.totals.reach[path] for path in self.draws(r"faults\..*\.onset_s\..*")]
+        """Earliest and latest drawn fault onset in seconds, over all samples; None where no fault begins."""
+        found = [self.totals.reach[path] for path in self.draws(r"faults\..*\.onset_s\..*")]
+        reach = [(low, high) for low, high in found if low <= high]
         return (min(low for low, _ in reach), max(high for _, high in reach)) if reach else None
 
 
