@@ -98,6 +98,6 @@ class Schedule(Model):
         for group in self.groups:
             rows = [names.index(name) for name in group if name in onsets]
             if rows:
-                as_one = (uniform(f"group.{'-'.join(group)}") < self.together) & (starts[rows] < np.inf).any(axis=0)
+                as_one = uniform(f"group.{'-'.join(group)}") < self.together
                 starts[rows] = np.where(as_one, starts[rows].min(axis=0), starts[rows])
         return dict(zip(names, starts, strict=True))
