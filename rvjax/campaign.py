@@ -26,7 +26,13 @@ from rvjax.spec.values import Place, describe, is_list, is_mapping
 NEVER = Fixed(1e30)
 """Onset [s] of a fault on a channel that the campaign leaves out."""
 
-FAMILY_OF = {"controller": "controllers", "faults": "faults", "disturbances": "disturbances", "navigation": "navigation"}
+FAMILY_OF = {
+    "controller": "controllers",
+    "baselines": "controllers",
+    "faults": "faults",
+    "disturbances": "disturbances",
+    "navigation": "navigation",
+}
 """Where the components of a section of the campaign file come from."""
 
 

@@ -8,6 +8,7 @@ campaigns/x.yaml ─load→ Spec ─resolve→ Problem ─draw→ Batch ─fly�
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,8 +23,9 @@ from rvjax.fold import Fold
 from rvjax.identity import identity, provenance, short
 from rvjax.pilot import ENVELOPE_CHUNKS, Parcel, Pilot
 from rvjax.replay import Trace, recorded, trace
-from rvjax.results import Account, RunFolder
+from rvjax.results import BASELINES, Account, RunFolder
 from rvjax.results.manifest import NAME as MANIFEST
+from rvjax.spec.choice import Choice
 from rvjax.totals import wanted
 
 TRACE_ROWS = 600
@@ -45,6 +47,7 @@ def run(
     opened: Callable[[Path], None] | None = None,
     crew: Crew = inline,
     finished: Callable[[Account, tuple[Verdict, ...]], None] | None = None,
+    baseline: Callable[[str], None] | None = None,
 ) -> Path:
     """Flies a campaign into a run folder, keeps the flights that it asks for and writes the report; returns the folder.
 
@@ -52,6 +55,7 @@ def run(
     or damaged is flown. overrides: `place=value`, as in `--set`. command: what to record as the command.
     opened: called with the folder once it is there, before anything flies. crew: who flies, `rvjax.executors`.
     finished: called with how the samples ended and with the verdicts, for which the folder need not be read again.
+    baseline: called with the name of each other controller before it flies the same draws, into `baselines/<name>` of the folder.
 
     Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another run; IncompleteError
     where the disk refuses or chunks could not be flown.
@@ -71,12 +75,22 @@ def run(
         pilot = Pilot(problem, mine)
         _fly(pilot, folder, fold, crew, progress or (lambda done, total: None))
         _keep(pilot, folder, wanted(fold.totals))
+        for choice in spec.baselines:
+            if baseline is not None:
+                baseline(choice.name)
+            run(path, place / BASELINES / choice.name, (*overrides, *instead(choice)), progress, command, crew=crew)
         from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
 
         report.write(folder, report.opened(folder, fold, spec))
     if finished is not None:
         finished(fold.totals.account(spec.samples), fold.verdicts)
     return place
+
+
+def instead(choice: Choice) -> tuple[str, ...]:
+    """Overrides that put a baseline in the place of the controller under test."""
+    said = {"use": choice.use, "name": choice.name, **choice.parameters}
+    return f"controller={json.dumps(said)}", "baselines=[]"
 
 
 def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:

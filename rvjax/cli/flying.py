@@ -98,7 +98,17 @@ def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: st
     results: list[tuple[Account, tuple[Verdict, ...]]] = []
     try:
         with output.progress() as progress:
-            place = fly_campaign(file, out, given, progress, sys.argv, folder.append, crew, lambda *found: results.append(found))
+            place = fly_campaign(
+                file,
+                out,
+                given,
+                progress,
+                sys.argv,
+                folder.append,
+                crew,
+                lambda *found: results.append(found),
+                lambda name: output.note(f"{name}, on the same draws"),
+            )
     except (KeyboardInterrupt, Terminated, IncompleteError):
         if folder:
             again = ["rvjax", "run", str(file), "--out", str(folder[0]), *(part for one in given for part in ("--set", one))]

@@ -102,9 +102,11 @@ class _Lines:
         self.started = 0.0
         self.calls = 0
         self.first = 0
+        self.over = False
 
     def __call__(self, done: int, total: int) -> None:
-        self.calls += 1
+        self.calls = 1 if self.over else self.calls + 1  # what comes behind the end is another run
+        self.over = done == total
         if self.calls == 1:
             say(f"flying {total - done} of {total} samples", sys.stderr)
         elif self.calls == 2:  # the first chunk came with compiling: the clock starts behind it

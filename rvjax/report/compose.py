@@ -33,7 +33,7 @@ def write(folder: RunFolder, run: Run) -> Path:
     """Writes the report of an opened run into its folder and returns the path of `report.html`; reads no samples."""
     top = headline(run)
     with matplotlib.rc_context(STYLE):
-        sections = [section(run) for section in SECTIONS]
+        sections = [made for section in SECTIONS if (made := section(run)) is not None]
         pictures = {drawing.name: picture.draw(drawing) for section in sections for drawing in section.drawings}
     for name, drawn in pictures.items():
         folder.write_text(f"figures/{name}.svg", drawn.svg)

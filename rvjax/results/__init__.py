@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rvjax.columns import Column
 from rvjax.results.datafile import DataFile
-from rvjax.results.folder import CAMPAIGN, RunFolder
+from rvjax.results.folder import BASELINES, CAMPAIGN, RunFolder
 from rvjax.results.samples import OUTCOMES, Account, Samples
 
-__all__ = ["CAMPAIGN", "OUTCOMES", "Account", "Column", "DataFile", "RunFolder", "Samples"]
+__all__ = ["BASELINES", "CAMPAIGN", "OUTCOMES", "Account", "Column", "DataFile", "RunFolder", "Samples"]

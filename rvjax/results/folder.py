@@ -32,6 +32,8 @@ from rvjax.results.samples import OUTCOMES, Account, Samples, check_chunk, join
 from rvjax.results.store import PARTS, Store, compared
 
 CAMPAIGN = "campaign.yaml"
+BASELINES = "baselines"
+"""Folder with the run folders of the other controllers that flew the same draws."""
 """The campaign as it was given, in a run folder."""
 
 _DATA = {*PARTS, files.QUARANTINE, CAMPAIGN, MANIFEST, JOURNAL, derived.NAME}

@@ -1,4 +1,4 @@
-"""The sections of a report, one file each; a section is a function of the opened run.
+"""The sections of a report, one file each; a section is a function of the opened run, None where it has nothing to show.
 
 A new section is a new file and a line in SECTIONS, in the order of the page.
 """
@@ -10,6 +10,7 @@ from collections.abc import Callable
 from rvjax.sections import (
     adaptation,
     captured,
+    comparison,
     drivers,
     envelopes,
     others,
@@ -22,10 +23,11 @@ from rvjax.sections import (
 from rvjax.sections.opened import Run
 from rvjax.sections.page import Section
 
-SECTIONS: tuple[Callable[[Run], Section], ...] = (
+SECTIONS: tuple[Callable[[Run], Section | None], ...] = (
     verdicts.section,
     captured.section,
     settling.section,
+    comparison.section,
     envelopes.section,
     saturation.section,
     adaptation.section,

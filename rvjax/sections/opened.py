@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from rvjax import check, stats
 from rvjax.check import Verdict
 from rvjax.columns import CHANNELS
-from rvjax.errors import IncompleteError
+from rvjax.errors import FolderError, IncompleteError
 from rvjax.fold import Fold
-from rvjax.results import Account, Column, RunFolder
+from rvjax.results import BASELINES, Account, Column, RunFolder
 from rvjax.results.manifest import Entry
 from rvjax.sections.page import Number
 from rvjax.sections.wording import count
@@ -38,7 +38,10 @@ OVERLAID = 5
 
 @dataclass(frozen=True)
 class Run:
-    """A run folder, read and judged. `folder` is the path to show and to type; `head` has the rows of the first samples."""
+    """A run folder, read and judged. `folder` is the path to show and to type; `head` has the rows of the first samples.
+
+    baselines: totals of the other controllers that flew the same draws, by name.
+    """
 
     folder: str
     spec: Spec
@@ -51,6 +54,7 @@ class Run:
     identity: Mapping[str, Any]
     provenance: Mapping[str, Any]
     chunks: tuple[Entry, ...]
+    baselines: Mapping[str, Totals]
 
     @property
     def flown(self) -> int:
@@ -162,7 +166,26 @@ def opened(folder: RunFolder, fold: Fold, campaign: Spec) -> Run:
         identity=folder.identity,
         provenance=folder.provenance,
         chunks=folder.chunks,
+        baselines={choice.name: found for choice in campaign.baselines if (found := _baseline(folder, choice.name, totals))},
     )
+
+
+def _baseline(folder: RunFolder, name: str, own: Totals) -> Totals | None:
+    """The totals of another controller's run, None where it has not flown all of the samples; FolderError where it flew other
+    draws than the run that it stands beside."""
+    path = folder.path / BASELINES / name
+    if not path.is_dir():
+        return None
+    fold = Fold(())
+    for table in RunFolder.open(path).tables():
+        fold.add(*table)
+    totals = fold.totals
+    drawn = [name for name in own.head.columns if name.startswith("draw.") and not name.startswith("draw.controller.")]
+    if totals.n != own.n:
+        return None
+    if not totals.head[["sample", *drawn]].equals(own.head[["sample", *drawn]]):
+        raise FolderError(f"{path}: not the draws of the run that it is compared with; fly the campaign again with another --out")
+    return totals
 
 
 def is_share(name: str) -> bool:

@@ -24,6 +24,7 @@ from rvjax.sketch import Sketch
 
 # Okabe & Ito's colours, told apart by readers with any colour vision.
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
+SERIES = (BLUE, RED, GREEN, PURPLE, SKY, ORANGE)
 INK, MUTED, GRID = "#1f2933", "#66727f", "#e3e7eb"
 OUTCOME_COLOURS = {"captured": BLUE, "not_settled": ORANGE, "not_finite": RED, "missing": MUTED}
 
@@ -67,10 +68,10 @@ _BEYOND = 2.0**40
 ones. An edge of the sketch's buckets."""
 
 
-def axes(rows: int, columns: int, height: float, **sharing: Any) -> tuple[Figure, list[Axes]]:
+def axes(rows: int, columns: int, height: float, **subplots: Any) -> tuple[Figure, list[Axes]]:
     """A figure of rows x columns axes, in reading order; `height` in inches."""
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False, **sharing)
+    grid = figure.subplots(rows, columns, squeeze=False, **subplots)
     return figure, [axis for row in grid for axis in row]
 
 

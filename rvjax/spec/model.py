@@ -174,6 +174,9 @@ class Spec(Model):
         default=[], doc="errors between the true motion and what the controller sees"
     )
     controller: Annotated[Choice, OneChoice()] = part(doc="the controller under test")
+    baselines: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
+        default=[], doc="controllers that fly the same draws, to compare with"
+    )
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
     require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
@@ -187,6 +190,17 @@ class Spec(Model):
         if not NAME.fullmatch(name):
             refuse(Problem(f"found {describe(name)}", NAME_WORDS))
         return name
+
+    @field_validator("baselines")
+    @classmethod
+    def _other_names(cls, baselines: tuple[Choice, ...], info: ValidationInfo) -> tuple[Choice, ...]:
+        if "controller" in info.data:
+            own = info.data["controller"].name
+            accepted = "accepted: another name than that of the controller under test"
+            found = [index for index, one in enumerate(baselines) if one.name == own]
+            if found:
+                refuse(*(Problem(f"the name {own} stands twice", accepted, (index, "name")) for index in found))
+        return baselines
 
     @field_validator("capture")
     @classmethod
@@ -214,8 +228,8 @@ class Spec(Model):
 
         parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
         """
-        known = {choice.path: choice.parameters for choice in self.components} | dict(parameters or {})
-        beside = {"name", "description", "samples", "require", "keep"}
+        known = {choice.path: (parameters or {}).get(choice.path, choice.parameters) for choice in self.components}
+        beside = {"name", "description", "samples", "baselines", "require", "keep"}
         parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
         parts["parameters"] = {".".join(map(str, path)): value for path, value in known.items()}
         text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"), allow_nan=False)

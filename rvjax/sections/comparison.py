@@ -1,0 +1,88 @@
+"""Section: the controller under test beside other controllers on the same draws."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+
+from rvjax import stats
+from rvjax.sections import plot
+from rvjax.sections.opened import CONFIDENCE, Run
+from rvjax.sections.page import Cell, Drawing, Number, Section, Table
+from rvjax.sections.wording import capital, count, label, percent, spoken
+from rvjax.totals import Totals
+
+_QUANTILES = (
+    ("settling_time_s", 0.95),
+    ("attitude_settling_time_s", 0.95),
+    ("window_position_error_m", 0.95),
+    ("delta_v_m_s", 0.5),
+    ("saturation_duty.any", 0.95),
+)
+_STYLES = ("-", (0, (4, 1.5)), (0, (1, 1)))
+
+
+def section(run: Run) -> Section | None:
+    """One row for each controller, with intervals; None where the campaign has no other controller."""
+    if not run.baselines:
+        return None
+    all_of_them = {run.spec.controller.name: run.totals, **run.baselines}
+    shares = {name: _captured(name, totals) for name, totals in all_of_them.items()}
+    metrics = [(name, q) for name, q in _QUANTILES if all(name in totals.metrics for totals in all_of_them.values())]
+    head = ("controller", "captured", *(f"{label(name)}, {percent(q) if q != 0.5 else 'median'}" for name, q in metrics))
+    rows = tuple((name, shares[name], *(_quantile(name, totals, *m) for m in metrics)) for name, totals in all_of_them.items())
+    lost = {name: totals.counts.get("not_finite", 0) for name, totals in all_of_them.items()}
+    notes = [f"{name}: {count(n)} flights ended not finite." for name, n in lost.items() if n]
+    caption = (
+        f"Every controller on the same {count(run.flown)} draws of plant, disturbances and faults. Captured: Clopper–Pearson; "
+        f"quantiles: order statistics; {percent(CONFIDENCE)} confidence each. Each interval is that of its controller by itself; "
+        "on common draws a difference is known better than they tell."
+    )
+    body = (_figure(run, all_of_them, shares), Table(caption, head, rows), *notes)
+    return Section("comparison", "Controllers on the same draws", _lead(run, shares), body)
+
+
+def _lead(run: Run, shares: dict[str, Number]) -> str:
+    best = max(shares, key=lambda name: shares[name].estimate.value)
+    own = run.spec.controller.name
+    if shares[own].estimate.value >= shares[best].estimate.value:
+        return f"No other controller is captured more often than {own}: {spoken(shares[own])}."
+    return f"{capital(best)} is captured most often: {spoken(shares[best])}. {own}: {spoken(shares[own])}."
+
+
+def _captured(name: str, totals: Totals) -> Number:
+    estimate = stats.clopper_pearson(totals.counts.get("captured", 0), totals.n, CONFIDENCE)
+    return Number(f"comparison.{name}.captured", estimate, percent=True)
+
+
+def _quantile(name: str, totals: Totals, metric: str, q: float) -> Cell:
+    estimate = stats.quantile_interval(totals.metrics[metric], q, CONFIDENCE)
+    unit = totals.columns[f"metric.{metric}"].unit
+    return Number(f"comparison.{name}.{metric}.q{q * 100:g}", estimate, unit, percent=metric.startswith("saturation_duty"))
+
+
+def _figure(run: Run, controllers: dict[str, Totals], shares: dict[str, Number]) -> Drawing:
+    """Captured share of each, and the distribution functions of the settling times."""
+    figure, (left, right) = plot.axes(1, 2, 0.28 * len(controllers) + 2.2, width_ratios=(1, 1.4))
+    for row, (name, totals) in enumerate(controllers.items()):
+        colour = plot.SERIES[row % len(plot.SERIES)]
+        estimate = shares[name].estimate
+        ends = [[100 * (estimate.value - estimate.low)], [100 * (estimate.high - estimate.value)]]
+        left.errorbar([100 * estimate.value], [row], xerr=ends, fmt="o", ms=5, color=colour, capsize=2, lw=1.4)
+        if "settling_time_s" in totals.metrics:
+            _curve(right, totals, colour, name, _STYLES[row // len(plot.SERIES) % len(_STYLES)])
+    left.set_yticks(range(len(controllers)), list(controllers))
+    left.set_ylim(len(controllers) - 0.5, -0.5)
+    left.set_xlim(-3, 103)
+    left.set_xlabel("captured, %")
+    plot.probability_axis(right)
+    right.set_xlabel("settling time, s")
+    right.set_xlim(0, run.spec.horizon.duration_s)
+    text = "Left: captured share with its interval. Right: share of samples whose position has settled (▸: the others never do)."
+    return Drawing("comparison", text, figure)
+
+
+def _curve(axis: Axes, totals: Totals, colour: str, name: str, style: object) -> None:
+    before = len(axis.lines)
+    plot.distribution(axis, totals.metrics["settling_time_s"], colour, name, CONFIDENCE)
+    for line in axis.lines[before:]:
+        line.set_linestyle(style)  # pyright: ignore[reportArgumentType]
