@@ -46,7 +46,7 @@ def figure(record_property: Callable[[str, Any], None]) -> Callable[[str], None]
 @pytest.fixture
 def bare(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reports without sections, for tests that are not about them: drawing takes longer than a short campaign."""
-    monkeypatch.setattr("rvjax.report.compose.SECTIONS", ())
+    monkeypatch.setattr("rvjax.sections.SECTIONS", ())
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import matplotlib
 
 from rvjax.report import html, markdown, picture
 from rvjax.results import RunFolder
-from rvjax.sections import SECTIONS
+from rvjax.sections import sections
 from rvjax.sections.opened import Run, open_run
 from rvjax.sections.page import Headline, Number, Section
 from rvjax.sections.plot import STYLE
@@ -33,25 +33,25 @@ def write(folder: RunFolder, run: Run) -> Path:
     """Writes the report of an opened run into its folder and returns the path of `report.html`; reads no samples."""
     top = headline(run)
     with matplotlib.rc_context(STYLE):
-        sections = [made for section in SECTIONS if (made := section(run)) is not None]
-        pictures = {drawing.name: picture.draw(drawing) for section in sections for drawing in section.drawings}
+        shown = sections(run)
+        pictures = {drawing.name: picture.draw(drawing) for section in shown for drawing in section.drawings}
     for name, drawn in pictures.items():
         folder.write_text(f"figures/{name}.svg", drawn.svg)
         folder.write_bytes(f"figures/{name}.png", drawn.png)
-    folder.write_summary(summary(run, top, sections))
-    folder.write_text("report.md", markdown.page(top, sections))
-    page = folder.write_text("report.html", html.page(top, sections, pictures))
+    folder.write_summary(summary(run, top, shown))
+    folder.write_text("report.md", markdown.page(top, shown))
+    page = folder.write_text("report.html", html.page(top, shown, pictures))
     folder.seal()
     return page
 
 
-def summary(run: Run, top: Headline, sections: Iterable[Section]) -> dict[str, Any]:
+def summary(run: Run, top: Headline, shown: Iterable[Section]) -> dict[str, Any]:
     """Every number of the report by name: value, interval, n, confidence, method, SI unit; the account; the verdicts.
 
     An infinite value or bound is None (null in the file).
     """
     cells = [cell for _, cell in top.facts if isinstance(cell, Number)]
-    cells += [number for section in sections for number in section.numbers()]
+    cells += [number for section in shown for number in section.numbers()]
     return {
         "format": FORMAT,
         "name": run.spec.name,

@@ -36,3 +36,8 @@ SECTIONS: tuple[Callable[[Run], Section | None], ...] = (
     drivers.section,
     provenance.section,
 )
+
+
+def sections(run: Run) -> list[Section]:
+    """All that a run has, in the order of the page."""
+    return [made for section in SECTIONS if (made := section(run)) is not None]

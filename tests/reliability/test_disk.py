@@ -16,7 +16,6 @@ import pytest
 from rvjax import batch, identity, pilot, replay
 from rvjax import run as running
 from rvjax.pilot import Parcel, Pilot
-from rvjax.report import compose
 from rvjax.results import RunFolder
 from tests.disk import Disk, Killed
 from tests.program import Run
@@ -80,7 +79,7 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "LANES", LANES)
     monkeypatch.setattr(running, "trace", once)
     monkeypatch.setattr(running, "run", lambda *given: run(*given[:6], crew, *given[7:]))
-    monkeypatch.setattr(compose, "SECTIONS", ())
+    monkeypatch.setattr("rvjax.sections.SECTIONS", ())
 
 
 @pytest.mark.usefixtures("canned")

@@ -14,7 +14,8 @@ import pandas as pd
 import pytest
 
 from rvjax.results import Column, RunFolder
-from rvjax.sections import SECTIONS, adaptation, captured, saturation, worst
+from rvjax.sections import adaptation, captured, saturation, worst
+from rvjax.sections import sections as all_sections
 from rvjax.sections.opened import OVERLAID, Run, open_run
 from rvjax.sections.page import Code, Number, Section, Table
 from rvjax.sections.plot import STYLE
@@ -30,7 +31,7 @@ def run(made: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> 
 @pytest.fixture(scope="module")
 def sections(run: Run) -> Iterator[list[Section]]:
     with matplotlib.rc_context(STYLE):
-        yield [section(run) for section in SECTIONS]
+        yield all_sections(run)
 
 
 def test_worst_samples_come_first(run: Run) -> None:
@@ -84,7 +85,7 @@ def test_events_are_counted_at_their_edge(run: Run) -> None:
     outcome = np.where(place < 5, "not_finite", "captured")
     values = {"metric.peak_chi": chi, "metric.settling_time_s": times, "outcome": outcome, "outcome_time_s": place + 3.0}
     changed = _with(run, run.head.assign(**values))
-    numbers = {number.name: number for section in SECTIONS for number in section(changed).numbers()}
+    numbers = {number.name: number for section in all_sections(changed) for number in section.numbers()}
     assert numbers["peak_chi.runaway.share"].estimate.value == 30 / 200
     assert numbers["settling_time_s.never.share"].estimate.value == 40 / 200
     assert "between 3.00 s and 7.00 s." in captured.section(changed).body[-1]
