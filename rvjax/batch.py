@@ -96,11 +96,7 @@ class Flyer:
         glance: keep glances. trace: positions of the samples of which every observed step is kept. device: the first by default.
         Raises CancelledError after `stop`.
         """
-        device = device or devices()[0]
-        leaves, structure = jax.tree.flatten(drawn)
-        rows = jax.device_put(np.asarray(leaves, dtype=process.precision()), device)  # one transfer, where 150 would take 6 ms
-        programs = self._compiled(device, structure, rows)
-        numbers, carry = programs.begin(rows)
+        programs, numbers, carry = self._begun(drawn, device or devices()[0])
         glances: list[Glance] = []
         kept: list[Step] = []
         chosen = np.asarray(trace, dtype=np.int64)
@@ -120,6 +116,22 @@ class Flyer:
         values, lost = programs.finish(numbers, carry, steps)
         host = partial(np.asarray, dtype=np.float64)
         return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, glances), kept)
+
+    def watch(self, drawn: Drawn, steps: int, every: int, look: Callable[[Drawn, Carry], bool]) -> None:
+        """Flies a chunk for `look`, which gets the numbers as the compiled program has them, and the carry, after every so many
+        steps; it says whether to go on."""
+        programs, numbers, carry = self._begun(drawn, devices()[0])
+        for first in range(0, steps, every):
+            carry = programs.advance(numbers, carry, first, min(first + every, steps))
+            if not look(*jax.tree.map(np.asarray, (numbers, carry))):
+                break
+
+    def _begun(self, drawn: Drawn, device: Device) -> tuple[Programs, Drawn, Carry]:
+        """The programs of a device, and a chunk at t = 0."""
+        leaves, structure = jax.tree.flatten(drawn)
+        rows = jax.device_put(np.asarray(leaves, dtype=process.precision()), device)  # one transfer, where 150 would take 6 ms
+        programs = self._compiled(device, structure, rows)
+        return programs, *programs.begin(rows)
 
     def stop(self) -> None:
         """Ends every flight of this flyer soon, in whatever thread it is."""

@@ -7,6 +7,7 @@ A component of a quantity is drawn from the stream of its own name, a joint dist
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -28,27 +29,44 @@ from rvjax.streams import uniforms
 
 Values = NDArray[np.float64]
 
+FAR = 2.0**-40
+"""A moved uniform number is this far from the end that its own one is not near: another value of every law."""
+
 
 @dataclass
 class Draws:
-    """Draws quantities for some samples and keeps, by name, what was drawn. Fixed numbers are not kept."""
+    """Draws quantities for some samples and keeps, by name, what was drawn. Fixed numbers are not kept.
+
+    moved: for some streams, by name, (samples,) whether a sample takes other numbers than its own from it; those of all other
+    streams stay. streams: the columns that each stream led to, in the order in which they were drawn.
+    """
 
     seed: int
     samples: NDArray[np.int64]
+    moved: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict[str, NDArray[np.bool_]])
     values: dict[str, Values] = field(default_factory=dict[str, Values])
     columns: dict[str, Column] = field(default_factory=dict[str, Column])
+    streams: dict[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+
+    def block(self, name: str, *columns: str) -> Values:
+        """(samples, 4) uniform numbers of the stream `name`, which leads to these columns."""
+        self.streams[name] = columns
+        own = uniforms(self.seed, name, self.samples)
+        if name not in self.moved:
+            return own
+        return np.where(self.moved[name][:, None], np.where(own < 0.5, 1.0 - FAR, FAR), own)
 
     def parts(self, name: str, quantity: Quantity) -> tuple[Values, ...]:
         """The components of a quantity, each of shape (samples,), in SI."""
         names = [f"{name}.{component}" for component in quantity.components] or [name]
         if quantity.joint is not None:
-            block = quantity.joint.ppf(uniforms(self.seed, name, self.samples)[:, : quantity.joint.uniforms])
+            block = quantity.joint.ppf(self.block(name, *names)[:, : quantity.joint.uniforms])
             drawn = tuple(np.asarray(block)[:, index] for index in range(len(names)))
             varies = [True] * len(names)
         else:
             varies = [part.uniforms > 0 for part in quantity.parts]
             drawn = tuple(
-                part.ppf(uniforms(self.seed, own, self.samples)[:, 0]) if random else self.same(part.low)
+                part.ppf(self.block(own, own)[:, 0]) if random else self.same(part.low)
                 for own, part, random in zip(names, quantity.parts, varies, strict=True)
             )
         for own, random, values in zip(names, varies, drawn, strict=True):
@@ -78,11 +96,11 @@ class Draws:
 
     def uniform(self, name: str) -> Values:
         """(samples,) uniform numbers of the stream `name`."""
-        return uniforms(self.seed, name, self.samples)[:, 0]
+        return self.block(name)[:, 0]
 
     def key(self, name: str) -> tuple[Values, ...]:
         """A random key for every sample: four whole numbers of 16 bits, which float32 holds exactly as well."""
-        return tuple(np.floor(uniforms(self.seed, name, self.samples) * 65536.0).T)
+        return tuple(np.floor(self.block(name) * 65536.0).T)
 
     def scheduled(self, part: Part, schedule: Schedule, onset: Channels) -> Channels:
         """The onsets of those channels that fail in each sample, +∞ for the others; what flies is what is kept."""
@@ -107,9 +125,11 @@ class Draws:
         self.columns[name] = Column(f"draw.{name}", unit, doc)
 
     @classmethod
-    def of(cls, problem: Problem, samples: NDArray[np.int64]) -> tuple[Self, Drawn]:
+    def of(
+        cls, problem: Problem, samples: NDArray[np.int64], moved: Mapping[str, NDArray[np.bool_]] | None = None
+    ) -> tuple[Self, Drawn]:
         """Everything about the given samples: the draws by name, and what flies."""
-        draws = cls(problem.spec.seed, samples)
+        draws = cls(problem.spec.seed, samples, moved or {})
         return draws, _drawn(problem, draws)
 
 

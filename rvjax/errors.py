@@ -70,6 +70,12 @@ class IncompleteError(RvjaxError):
     exit_code: ClassVar[int] = 4
 
 
+class AuditError(RvjaxError):
+    """What flies is not what the table says: a component, or this package, is at fault."""
+
+    exit_code: ClassVar[int] = 4
+
+
 class FolderError(RvjaxError):
     """A run folder's integrity is broken, or it belongs to another run."""
 

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from rvjax import process
+from rvjax.audit import prove
 from rvjax.batch import LANES
 from rvjax.campaign import load
 from rvjax.check import Verdict
@@ -99,6 +100,8 @@ def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Prog
     chunks = math.ceil(folder.requested / LANES)
     folder.weed(["envelopes"])
     unread = {chunk.number for chunk in folder.chunks}
+    if folder.missing(chunks, ENVELOPE_CHUNKS):
+        prove(pilot.problem, pilot.flyer)
     while (missing := folder.missing(chunks, ENVELOPE_CHUNKS)) or unread:
         if missing:
             _fly_missing(pilot, folder, fold, crew, progress, missing)

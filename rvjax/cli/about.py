@@ -34,9 +34,10 @@ def validate(
     samples: Samples = None,
     seed: Seed = None,
     sets: Sets = None,
+    audit: Annotated[bool, typer.Option("--audit", help="Prove by a few flights that every dispersion acts.")] = False,
     as_json: Json = False,
 ) -> int:
-    """Parse campaigns, check units and ranges, print samples, chunks, estimated time and memory. Flies nothing."""
+    """Parse campaigns, check units and ranges, print samples, chunks, estimated time and memory. Flies nothing, or an audit."""
     from rvjax.campaign import load
     from rvjax.cost import Cost, cost
     from rvjax.errors import CampaignError
@@ -51,10 +52,27 @@ def validate(
             findings += error.findings
     if findings:
         raise CampaignError(findings)
+    proofs: dict[str, dict[str, object]] = {}
     for file, one in costs.items():
         output.text(f"{file}: {one}")
-    output.document({file: vars(one) for file, one in costs.items()})
+        if audit:
+            proofs[file] = _prove(file, overrides(sets, samples, seed), output)
+    output.document({file: vars(one) | proofs.get(file, {}) for file, one in costs.items()})
     return 0
+
+
+def _prove(file: str, given: list[str], output: Output) -> dict[str, object]:
+    """Proves that the dispersions of a campaign act."""
+    from rvjax import process
+    from rvjax.audit import prove
+    from rvjax.batch import Flyer
+    from rvjax.campaign import load
+
+    problem = load(file, given)
+    process.configure(problem.spec.precision)
+    found = prove(problem, Flyer(problem.loop, problem.metrics))
+    output.text(f"{file}: {found}")
+    return {"audit": {"streams": found.streams, "columns": found.columns, "idle": list(found.idle)}}
 
 
 @app.command("list")

@@ -151,6 +151,12 @@ class Corridor(Model):
     half_angle_rad: float = number("rad", key="half_angle_deg", default=10.0, above=0.0, below=90.0, doc="half angle of the cone")
 
 
+class AuditRules(Model):
+    """What the audit of the dispersions lets pass."""
+
+    allow: tuple[str, ...] = option(default=[], doc="draws that may have no effect, by their names or the beginning of them")
+
+
 class Spec(Model):
     """A campaign: what is flown, from where, with which dispersions, and what is required of it."""
 
@@ -181,6 +187,7 @@ class Spec(Model):
     corridor: Corridor = part(default={}, doc="approach cone")
     require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
     keep: Keep = part(default={}, doc="which flights are kept as traces")
+    audit: AuditRules = part(default={}, doc="proof before the first flight that every dispersion acts")
 
     _source: Source = PrivateAttr(default_factory=lambda: Source(""))
 
@@ -229,7 +236,7 @@ class Spec(Model):
         parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
         """
         known = {choice.path: (parameters or {}).get(choice.path, choice.parameters) for choice in self.components}
-        beside = {"name", "description", "samples", "baselines", "require", "keep"}
+        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit"}
         parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
         parts["parameters"] = {".".join(map(str, path)): value for path, value in known.items()}
         text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"), allow_nan=False)

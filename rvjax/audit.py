@@ -1,0 +1,198 @@
+"""Audit: proof that every dispersion reaches the flight, and that it acts.
+
+    reading   what the compiled program has in hand at t = 0 is what the table says: bit for bit where a draw is a number of the
+              flight, and by an independent formula where numbers are derived from it
+    effect    a stream moved alone, everything else as it was, changes some number of the state or of the metrics
+
+A pair of lanes flies one sample twice, once with one stream moved; so all streams are tried in one chunk of the campaign's own
+program. Where a pair stays equal to the last bit, other samples are tried, those first in which a fault begins early.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax import process
+from rvjax.batch import LANES, Flyer
+from rvjax.campaign import Problem
+from rvjax.closed_loop import Drawn
+from rvjax.columns import CHANNELS
+from rvjax.draw import Draws
+from rvjax.errors import AuditError, CampaignError
+from rvjax.flight import Carry
+from rvjax.readings import Reading, readings
+from rvjax.spec import units
+from rvjax.spec.choice import entry_names
+from rvjax.spec.quantity import COMPONENTS
+from rvjax.spec.values import Place, is_list, is_mapping
+
+Values = NDArray[np.float64]
+
+POOL = 8 * LANES
+"""Samples out of which those are taken that a stream is tried on."""
+
+ROUNDS = 4
+"""Chunks that are flown at most; the later ones try those streams again that had no effect."""
+
+LOOK_S = 5.0
+"""Time of flight between two looks at whether every stream has had its effect [s]."""
+
+
+@dataclass(frozen=True)
+class Audit:
+    """streams: how many were tried; columns: how many were read back. unlike: what the flight has in another way than the table,
+    in words. idle: the streams without an effect, with the number of samples that each was tried on."""
+
+    streams: int
+    columns: int
+    unlike: tuple[str, ...]
+    idle: Mapping[str, int]
+
+    def __str__(self) -> str:
+        allowed = f"; without an effect, as allowed: {', '.join(self.idle)}" if self.idle else ""
+        acting = self.streams - len(self.idle)
+        return (
+            f"audit: {self.columns} columns are in the flight what the table says; {acting} dispersions each act alone{allowed}"
+        )
+
+
+def audit(problem: Problem, flyer: Flyer) -> Audit:
+    """Flies the audit of a problem, with the program that flies its samples."""
+    pool, _ = Draws.of(problem, np.arange(POOL, dtype=np.int64))
+    waiting = {name: _candidates(problem, pool, name) for name in pool.streams}
+    tried = dict.fromkeys(waiting, 0)
+    unlike: dict[str, str] = {}
+    columns: set[str] = set()
+    for _ in range(ROUNDS):
+        if not waiting:
+            break
+        for group in _groups(list(waiting), LANES // 2):
+            pairs = [(name, sample) for name in group for sample in waiting[name][: max(1, LANES // 2 // len(group))]]
+            acted, read = _fly(problem, flyer, pairs)
+            columns |= {column for reading in read for column in reading.columns}
+            unlike |= {" ".join(reading.columns): found for reading in read if (found := _unlike(reading))}
+            for name, _sample in pairs:
+                tried[name] += 1
+            for name in group:
+                used = sum(one == name for one, _ in pairs)
+                waiting[name] = waiting[name][used:]
+                if name in acted or not len(waiting[name]):
+                    del waiting[name]
+                    tried[name] = -1 if name in acted else tried[name]
+    idle = {name: count for name, count in tried.items() if count >= 0}
+    missing = set(pool.values) - columns
+    unlike |= {name: f"{name}: nothing tells what the flight has of it" for name in sorted(missing)}
+    return Audit(len(pool.streams), len(columns), tuple(unlike.values()), idle)
+
+
+def prove(problem: Problem, flyer: Flyer) -> Audit:
+    """The audit of a problem whose dispersions all reach the flight and act.
+
+    Errors: AuditError where the flight has other numbers than the table; CampaignError naming every dispersion that does nothing
+    and is not allowed to.
+    """
+    found = audit(problem, flyer)
+    if found.unlike:
+        raise AuditError("what flies is not what the table says; please report this\n" + "\n".join(found.unlike))
+    allowed = problem.spec.audit.allow
+    source = problem.spec.source
+    if wrong := [name for name in found.idle if not any(name == one or name.startswith(f"{one}.") for one in allowed)]:
+        raise CampaignError(source.finding(_place(source.value, name), *_words(name, found.idle[name])) for name in wrong)
+    return found
+
+
+def _words(name: str, tried: int) -> tuple[str, str]:
+    found = f"{name} does nothing: moving it alone changed no number in {tried} flights"
+    return found, "accepted: a dispersion that acts, or its name under audit.allow"
+
+
+def _place(said: Any, name: str) -> Place:
+    """Where a campaign says something of a draw: as far as the steps of its name lead."""
+    place: Place = ()
+    for step in name.split("."):
+        key = _key(said, step)
+        if key is None:
+            break
+        place, said = (*place, key), said[key]
+    return place
+
+
+def _key(said: Any, step: str) -> str | int | None:
+    """The key, in whatever unit, or the index that a step of a name means; None where it leads nowhere."""
+    if is_mapping(said):
+        stem = units.split(step)[0]
+        return next((key for key in said if key == step or units.split(key)[0] == stem), None)
+    if not is_list(said):
+        return None
+    if step in (names := entry_names(said)):
+        return names.index(step)
+    fitting = (components for components in COMPONENTS.values() if step in components and len(components) == len(said))
+    return next((components.index(step) for components in fitting), None)
+
+
+def _groups(names: list[str], most: int) -> Iterator[list[str]]:
+    for first in range(0, len(names), most):
+        yield names[first : first + most]
+
+
+def _candidates(problem: Problem, pool: Draws, name: str) -> list[int]:
+    """Samples of the pool that a stream is tried on: of a fault's channel, those in which it begins first, if at all."""
+    stem, _, channel = name.rpartition(".")
+    prefix = next((part.prefix for part in problem.faults if name.startswith(f"{part.prefix}.")), "")
+    onsets = pool.values.get(f"{prefix}.onset_s.{channel}") if channel in CHANNELS else None
+    if onsets is None or ".schedule." in f"{stem}.":
+        return list(range(POOL))
+    order = np.argsort(onsets, kind="stable")
+    return [int(sample) for sample in order if np.isfinite(onsets[sample])] or list(range(POOL))
+
+
+def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[set[str], list[Reading]]:
+    """The streams that acted in one of their pairs, and what was read back of all lanes."""
+    samples = np.resize(np.repeat([sample for _, sample in pairs], 2), LANES).astype(np.int64)
+    names = [name for name, _ in pairs]
+    moved = {name: np.zeros(LANES, dtype=bool) for name in names}
+    for place, name in enumerate(names):
+        moved[name][2 * place + 1] = True
+    draws, drawn = Draws.of(problem, samples, moved)
+    acted: set[str] = set()
+    read: list[Reading] = []
+
+    def look(numbers: Drawn, carry: Carry) -> bool:
+        if not read:
+            read.extend(readings(problem, draws, numbers))
+        different = _different(carry)
+        acted.update(name for place, name in enumerate(names) if different[place])
+        return not acted.issuperset(names)
+
+    every = max(1, round(LOOK_S / problem.spec.horizon.step_s))
+    flyer.watch(drawn, problem.spec.horizon.steps, every, look)
+    return acted, read
+
+
+def _different(carry: Carry) -> NDArray[np.bool_]:
+    """(pairs,) whether anything in the state or in the metrics is another number in the two lanes of a pair."""
+    found = np.zeros(LANES // 2, dtype=bool)
+    for leaf in jax.tree.leaves((carry.y, carry.folds, carry.lost_s)):
+        own, other = leaf[0 : 2 * len(found) : 2], leaf[1 : 2 * len(found) : 2]
+        found |= (own != other) & ~(np.isnan(own) & np.isnan(other))
+    return found
+
+
+def _unlike(reading: Reading) -> str:
+    """What is wrong with a reading, in words; empty where nothing is."""
+    digits = np.finfo(process.precision()).eps
+    table = reading.table.astype(process.precision()) if reading.exact else reading.table
+    inside = np.asarray(reading.inside, dtype=np.float64)
+    room = 0.0 if reading.exact else 64.0 * digits * max(1.0, float(np.max(np.abs(table))))
+    with np.errstate(invalid="ignore"):
+        wrong = ~((np.abs(inside - table) <= room) | (inside == table))
+    if not wrong.any():
+        return ""
+    first = int(np.argmax(wrong))
+    return f"{', '.join(reading.columns)}: the table says {table[first]:.17g}, the flight has {inside[first]:.17g}"

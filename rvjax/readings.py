@@ -1,0 +1,200 @@
+"""Readings: what the flight has of each draw, beside what the table says of it.
+
+Where a draw is a number of the flight, it is read. Where numbers of the flight are derived from draws, they are derived here
+again, by other formulas and from the columns of the table alone:
+
+    J = Σ Jᵢ aᵢaᵢᵀ,  aᵢ = eᵢ turned by the tilt about the axis (Rodrigues' formula)
+    limit = nominal limit · spread
+    r = r(a, e, ν),  v = v(a, e, ν) in the perifocal frame, by vis-viva and the flight path angle; turned by the MRP as a matrix
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.campaign import Part, Problem
+from rvjax.closed_loop import Drawn
+from rvjax.draw import Draws
+from rvjax.dynamics import MU_EARTH
+from rvjax.spec import Quantity
+from rvjax.spec.inertia import Inertia, MatrixInertia
+
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One number of the flight, in every lane: as the table has it, and as the compiled program has it.
+
+    columns: the draws that it comes from. exact: it is the draw itself, in the precision of the flight.
+    """
+
+    columns: tuple[str, ...]
+    table: Values
+    inside: Values
+    exact: bool = True
+
+
+def readings(problem: Problem, draws: Draws, numbers: Drawn) -> list[Reading]:
+    """Everything that was drawn; numbers: what the compiled program has in hand."""
+    return [reading for reading in (*_direct(problem, draws, numbers), *_derived(problem, draws, numbers)) if reading.columns]
+
+
+def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+    plant, motion = numbers.plant, numbers.motion
+    named: dict[str, Any] = {
+        "pursuer.mass_kg": plant.mass,
+        "target.port_m": plant.port,
+        "target.rate_rad_s": numbers.target.w,
+        "start.rho_m": motion.rho,
+        "start.nu_m_s": motion.nu,
+        "start.sigma": motion.sigma,
+        "start.omega_rad_s": motion.omega,
+        "actuators.upper": numbers.upper,
+        "actuators.lower": numbers.lower,
+    }
+    groups = (
+        (problem.faults, numbers.faults),
+        (problem.disturbances, numbers.disturbances),
+        (problem.navigation, numbers.navigation),
+    )
+    for parts, found in groups:
+        for part, own in zip(parts, found, strict=True):
+            named |= {f"{part.prefix}.{name}": own[name] for name in part.quantities}
+    gains = numbers.gains
+    named |= {f"{problem.controller.prefix}.{name}": gains[name.removeprefix("gains.")] for name in problem.controller.quantities}
+    for name, value in named.items():
+        yield from _one(draws, name, value)
+    for part, own in zip(problem.faults, numbers.faults, strict=True):
+        yield from _schedule(draws, part, own)
+
+
+def _one(draws: Draws, name: str, value: Any) -> Iterator[Reading]:
+    """A scalar, or the components of a vector or of the channels, as far as they are drawn."""
+    parts = value.parts() if hasattr(value, "parts") else (value,)
+    suffixes = {1: ("",), 3: (".x", ".y", ".z"), 6: (".fx", ".fy", ".fz", ".tx", ".ty", ".tz")}[len(parts)]
+    for suffix, inside in zip(suffixes, parts, strict=True):
+        if (own := f"{name}{suffix}") in draws.values:
+            yield Reading((own,), draws.values[own], inside)
+
+
+def _schedule(draws: Draws, part: Part, own: Any) -> Iterator[Reading]:
+    """How many channels fail."""
+    if (name := f"{part.prefix}.schedule.failing") in draws.values:
+        begins = [np.isfinite(onset) & (onset < 1e29) for onset in own["onset_s"].parts()]
+        yield Reading((name,), draws.values[name], np.sum(begins, axis=0))
+    for what in ("count", "probability"):  # they decide the onsets, which are read
+        if (name := f"{part.prefix}.schedule.{what}") in draws.values:
+            yield Reading((name,), draws.values[name], draws.values[name])
+
+
+def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+    spec, plant = problem.spec, numbers.plant
+    actuators = spec.actuators.quantities("actuators")
+    for side, true in (("upper", plant.upper), ("lower", plant.lower)):
+        nominal, spread = f"actuators.{side}", f"actuators.spread.{side}"
+        rows = zip(_said(draws, nominal, actuators[nominal]), _said(draws, spread, actuators[spread]), true.parts(), strict=True)
+        for (limit, *first), (factor, *second), inside in rows:
+            yield Reading((*first, *second), limit * factor, inside, exact=False)
+    bodies = (
+        ("pursuer.inertia_kgm2", spec.pursuer.inertia_kgm2, plant.inertia, plant.inertia_inverse),
+        ("target.inertia_kgm2", spec.target.inertia_kgm2, plant.target_inertia, plant.target_inertia_inverse),
+    )
+    for name, said, inertia, inverse in bodies:
+        found = list(_inertia(draws, name, said, inertia))
+        yield from found
+        columns = tuple(dict.fromkeys(column for reading in found for column in reading.columns))
+        product = _matrix(inertia) @ _matrix(inverse)
+        for i, j in np.ndindex(3, 3):
+            yield Reading(columns, draws.same(float(i == j)), product[:, i, j], exact=False)
+    yield from _orbit(problem, draws, numbers)
+    yield from _rules(problem, draws, numbers)
+
+
+def _said(draws: Draws, name: str, quantity: Quantity) -> list[tuple[Any, ...]]:
+    """(value, its column if it is drawn) of each component, as the table has it."""
+    names = [f"{name}.{component}" for component in quantity.components] or [name]
+    fixed = [part.low for part in quantity.parts] or [0.0] * len(names)
+    return [
+        (draws.values[own], own) if own in draws.values else (draws.same(low),) for own, low in zip(names, fixed, strict=True)
+    ]
+
+
+def _inertia(draws: Draws, name: str, inertia: Inertia, true: Any) -> Iterator[Reading]:
+    if isinstance(inertia, MatrixInertia):
+        entries = [*_said(draws, f"{name}.moments", inertia.moments), *_said(draws, f"{name}.products", inertia.products)]
+        for (value, *columns), inside in zip(entries, true.parts(), strict=True):
+            yield Reading(tuple(columns), value, inside)
+        return
+    moments = _said(draws, f"{name}.principal", inertia.principal)
+    ((tilt, *tilted),) = _said(draws, f"{name}.tilt_rad", inertia.tilt_rad)
+    axis = [draws.values.get(f"{name}.axis.{one}", draws.same(float(one == "x"))) for one in "xyz"]
+    columns = [column for _, *drawn in moments for column in drawn]
+    columns += [*tilted, *(f"{name}.axis.{one}" for one in "xyz" if f"{name}.axis.{one}" in draws.values)]
+    turned = _rodrigues(np.stack(axis, axis=-1), tilt)
+    diagonal = np.stack([value for value, *_ in moments], axis=-1)
+    whole = np.einsum("nij,nj,nkj->nik", turned, diagonal, turned)
+    places = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+    for (i, j), inside in zip(places, true.parts(), strict=True):
+        yield Reading(tuple(columns), whole[:, i, j], inside, exact=False)
+
+
+def _matrix(symmetric: Any) -> Values:
+    """(n, 3, 3) from the six entries."""
+    xx, yy, zz, yz, xz, xy = (np.asarray(part, dtype=np.float64) for part in symmetric.parts())
+    return np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3)
+
+
+def _rules(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+    """The docking axis, and the last onset inside the flight, as the metrics have them."""
+    port = _said(draws, "target.port_m", problem.spec.target.port_m)
+    columns = tuple(column for _, *drawn in port for column in drawn)
+    vector = np.stack([value for value, *_ in port], axis=-1)
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    for row, inside in zip((vector / np.where(length > 0.0, length, 1.0)).T, numbers.rules.axis.parts(), strict=True):
+        yield Reading(columns, row, inside, exact=False)
+    onsets = {name: x for name, x in draws.values.items() if name.startswith("faults.") and ".onset_s." in name}
+    drawn = all(part.quantities["onset_s"].is_fixed is False for part in problem.faults)
+    if onsets and drawn:
+        inside = [np.where(x <= problem.spec.horizon.duration_s, x, -np.inf) for x in onsets.values()]
+        yield Reading(tuple(onsets), np.max(inside, axis=0), numbers.rules.last_onset_s)
+
+
+def _rodrigues(axis: Values, angle: Values) -> Values:
+    """(n, 3, 3) matrices whose columns are the coordinate axes turned by −angle about the axis: what R(a tan(angle/4)) is."""
+    x, y, z = axis.T
+    zero = x * 0.0
+    skew = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(-1, 3, 3)
+    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.eye(3) - sine * skew + (1.0 - cosine) * (skew @ skew)
+
+
+def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+    target = problem.spec.target
+    said = {
+        "semi_major_axis_m": _said(draws, "target.orbit.semi_major_axis_m", target.orbit.semi_major_axis_m)[0],
+        "eccentricity": _said(draws, "target.orbit.eccentricity", target.orbit.eccentricity)[0],
+        "true_anomaly_rad": _said(draws, "target.orbit.true_anomaly_rad", target.orbit.true_anomaly_rad)[0],
+    }
+    mrp = _said(draws, "target.attitude_mrp", target.attitude_mrp)
+    columns = tuple(column for _, *drawn in (*said.values(), *mrp) for column in drawn)
+    a, e, anomaly = (value for value, *_ in said.values())
+    distance = a * (1.0 - e * e) / (1.0 + e * np.cos(anomaly))
+    speed = np.sqrt(MU_EARTH * (2.0 / distance - 1.0 / a))
+    climb = np.arctan2(e * np.sin(anomaly), 1.0 + e * np.cos(anomaly))
+    ahead = anomaly + 0.5 * np.pi - climb
+    flat = draws.same(0.0)
+    where = np.stack([distance * np.cos(anomaly), distance * np.sin(anomaly), flat], axis=-1)
+    motion = np.stack([speed * np.cos(ahead), speed * np.sin(ahead), flat], axis=-1)
+    sigma = np.stack([value for value, *_ in mrp], axis=-1)
+    size = np.linalg.norm(sigma, axis=-1)
+    turn = _rodrigues(np.where(size[:, None] > 0.0, sigma / np.where(size > 0.0, size, 1.0)[:, None], 0.0), 4.0 * np.arctan(size))
+    for vector, inside in ((where, numbers.target.r), (motion, numbers.target.v)):
+        expected = np.einsum("nij,nj->ni", turn, vector)
+        for row, values in zip(expected.T, inside.parts(), strict=True):
+            yield Reading(columns, row, values, exact=False)
