@@ -158,11 +158,10 @@ def _rules(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
     length = np.linalg.norm(vector, axis=-1, keepdims=True)
     for row, inside in zip((vector / np.where(length > 0.0, length, 1.0)).T, numbers.rules.axis.parts(), strict=True):
         yield Reading(columns, row, inside, exact=False)
-    onsets = {name: x for name, x in draws.values.items() if name.startswith("faults.") and ".onset_s." in name}
-    drawn = all(part.quantities["onset_s"].is_fixed is False for part in problem.faults)
-    if onsets and drawn:
-        inside = [np.where(x <= problem.spec.horizon.duration_s, x, -np.inf) for x in onsets.values()]
-        yield Reading(tuple(onsets), np.max(inside, axis=0), numbers.rules.last_onset_s)
+    onsets = [one for part in problem.faults for one in _said(draws, f"{part.prefix}.onset_s", part.quantities["onset_s"])]
+    inside = [np.where(x <= problem.spec.horizon.duration_s, x, -np.inf) for x, *_ in onsets]
+    columns = tuple(column for _, *drawn in onsets for column in drawn)
+    yield Reading(columns, np.max([draws.same(-np.inf), *inside], axis=0), numbers.rules.last_onset_s)
 
 
 def _rodrigues(axis: Values, angle: Values) -> Values:
