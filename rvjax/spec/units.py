@@ -19,6 +19,8 @@ class Unit:
 NONE = Unit("1", "1", 1.0, "no unit")
 
 UNITS: dict[str, Unit] = {
+    "kg_m3": Unit("kg/m³", "kg/m³", 1.0, "kilograms per cubic metre"),
+    "m2_kg": Unit("m²/kg", "m²/kg", 1.0, "square metres per kilogram"),
     "kgm2": Unit("kg·m²", "kg·m²", 1.0, "kilogram square metres"),
     "rad_s": Unit("rad/s", "rad/s", 1.0, "radians per second"),
     "deg_s": Unit("deg/s", "rad/s", math.pi / 180, "degrees per second"),
