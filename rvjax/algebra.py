@@ -9,7 +9,7 @@ Symbols (J. Diebel, "Representing attitude", 2006; H. Schaub, J. Junkins, "Analy
     a × b        cross(a, b)          aᵀb          dot(a, b)          |a|        norm(a)
     R(σ)         rotation(σ)          R a          rotate(R, a)       Rᵀ a       rotate_back(R, a)
     J a          apply(J, a)          J⁻¹          inverse(J)         ∂(zᵀJa)/∂J symmetric_gradient(z, a)
-    G(σ) ω       mrp_rate(σ, ω)       −σ/|σ|²      shadow(σ)
+    G(σ) ω       mrp_rate(σ, ω)       −σ/|σ|²      shadow(σ)             R(a) R(b)   compose(a, b)
 """
 
 from __future__ import annotations
@@ -240,3 +240,12 @@ def shadow(sigma: Vector) -> Vector:
     """The same attitude by the MRP of norm ≤ 1: σ, or −σ/|σ|² where |σ| > 1."""
     s2 = dot(sigma, sigma)
     return sigma * jnp.where(s2 > 1.0, -1.0 / s2, 1.0)
+
+
+def compose(a: Vector, b: Vector) -> Vector:
+    """σ with R(σ) = R(a) R(b): first b, then a about the axes that b has led to.
+
+    σ = [(1 − bᵀb) a + (1 − aᵀa) b − 2 a×b]/(1 + aᵀa bᵀb − 2 aᵀb); not finite where the two make a whole turn.
+    """
+    a2, b2 = dot(a, a), dot(b, b)
+    return (a * (1.0 - b2) + b * (1.0 - a2) - cross(a, b) * 2.0) / (1.0 + a2 * b2 - 2.0 * dot(a, b))

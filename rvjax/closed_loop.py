@@ -58,7 +58,9 @@ class Drawn(NamedTuple):
 class Sampled(NamedTuple):
     """What a sampled controller saw at its last instant, and its command v from then on."""
 
-    seen: Seen
+    t: Scalar
+    motion: Motion
+    target: TargetMotion
     command: Channels
 
 
@@ -74,29 +76,29 @@ class Held(NamedTuple):
 
 def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
     """y(0): σ by its MRP of norm ≤ 1, the controller started on what it sees; and what is held before the first step begins."""
-    motion = drawn.motion._replace(sigma=shadow(drawn.motion.sigma))
-    alpha_t = target_alpha(drawn.target.w, drawn.plant.target_inertia, drawn.plant.target_inertia_inverse)
+    motion = first = drawn.motion._replace(sigma=shadow(drawn.motion.sigma))
     zero = drawn.plant.upper * 0.0
-    navigation = tuple(one.start(motion, own) for one, own in zip(loop.navigation, drawn.navigation, strict=True))
     tick = Tick(0, drawn.rules.step_s * 0.0, drawn.rules.step_s)
-    first = measured(loop, drawn, tick.t, motion, renewed(loop, drawn, tick, motion, navigation))
-    view = seen(tick.t, first, drawn.target, alpha_t, drawn)
+    navigation: list[Any] = []
+    for one, own in zip(loop.navigation, drawn.navigation, strict=True):
+        navigation.append(one.start(first, own))
+        first = one.see(tick.t, first, one.keep(tick, first, navigation[-1], own), own)
     held = Held(
         faults=tuple(fault.start(zero, own) for fault, own in zip(loop.faults, drawn.faults, strict=True)),
         disturbances=tuple(one.start(own) for one, own in zip(loop.disturbances, drawn.disturbances, strict=True)),
-        navigation=navigation,
-        control=Sampled(view, zero) if loop.sampling else (),
+        navigation=tuple(navigation),
+        control=Sampled(tick.t, first, drawn.target, zero) if loop.sampling else (),
     )
+    view = seen(tick.t, first, drawn.target, alpha(drawn.target, drawn.plant), drawn)
     return State(motion, drawn.target, loop.law.start(view, drawn.gains)), held
 
 
 def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Tick | None = None) -> tuple[State, Step, Held]:
     """(ẏ, everything at this instant, what is held). tick: where a step begins, what is held is renewed before it is used."""
     plant = drawn.plant
-    alpha_t = target_alpha(y.target.w, plant.target_inertia, plant.target_inertia_inverse)
-    if tick is not None:
-        held = held._replace(navigation=renewed(loop, drawn, tick, y.motion, held.navigation))
-    view = seen(t, measured(loop, drawn, t, y.motion, held.navigation), y.target, alpha_t, drawn)
+    alpha_t = alpha(y.target, plant)
+    motion, navigation = measured(loop, drawn, t, y.motion, held.navigation, tick)
+    view = seen(t, motion, y.target, alpha_t, drawn)
     actuators = partial(saturate, loop.saturation, upper=plant.upper, lower=plant.lower)
     response, control = commands(loop, drawn, view, y.control, actuators, held.control, tick)
 
@@ -111,8 +113,13 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
         target=target_rate(y.target, alpha_t),
         control=response.rate,
     )
-    step = Step(t, y.motion, view.motion, y.target, plant, response.command, commanded, applied, disturbance, response.report)
-    return rate, step, held._replace(faults=faults, disturbances=disturbances, control=control)
+    step = Step(t, y.motion, motion, y.target, plant, response.command, commanded, applied, disturbance, response.report)
+    return rate, step, Held(faults, disturbances, navigation, control)
+
+
+def alpha(target: TargetMotion, plant: Plant) -> Vector:
+    """ω̇_t, in T [rad/s²]."""
+    return target_alpha(target.w, plant.target_inertia, plant.target_inertia_inverse)
 
 
 def seen(t: Scalar, motion: Motion, target: TargetMotion, alpha_t: Vector, drawn: Drawn) -> Seen:
@@ -120,17 +127,16 @@ def seen(t: Scalar, motion: Motion, target: TargetMotion, alpha_t: Vector, drawn
     return Seen(t, motion, target, alpha_t, drawn.plant.port, drawn.upper, drawn.lower)
 
 
-def renewed(loop: Loop, drawn: Drawn, tick: Tick, motion: Motion, memories: tuple[Any, ...]) -> tuple[Any, ...]:
-    """The memories of the navigation errors for the step that begins."""
-    rows = zip(loop.navigation, drawn.navigation, memories, strict=True)
-    return tuple(one.keep(tick, motion, memory, own) for one, own, memory in rows)
-
-
-def measured(loop: Loop, drawn: Drawn, t: Scalar, motion: Motion, memories: tuple[Any, ...]) -> Motion:
-    """The motion after every navigation error in turn, in the order of the campaign."""
+def measured(
+    loop: Loop, drawn: Drawn, t: Scalar, motion: Motion, memories: tuple[Any, ...], tick: Tick | None
+) -> tuple[Motion, tuple[Any, ...]]:
+    """The motion after every navigation error in turn, in the order of the campaign, and the memories."""
+    kept: list[Any] = []
     for one, own, memory in zip(loop.navigation, drawn.navigation, memories, strict=True):
-        motion = one.see(t, motion, memory, own)
-    return motion
+        now = memory if tick is None else one.keep(tick, motion, memory, own)
+        motion = one.see(t, motion, now, own)
+        kept.append(now)
+    return motion, tuple(kept)
 
 
 def commands(
@@ -143,10 +149,15 @@ def commands(
     if not isinstance(control, Sampled):
         return loop.law.respond(view, own, actuators, drawn.gains), control
     due = False if tick is None else tick.k % loop.sampling == 0
-    last = jax.tree.map(lambda new, old: jnp.where(due, new, old), view, control.seen)
-    response = loop.law.respond(last, own, actuators, drawn.gains)
-    command = jax.tree.map(lambda new, old: jnp.where(due, new, old), response.command, control.command)
-    return response._replace(command=command), Sampled(last, command)
+
+    def latest(new: Any, old: Any) -> Any:
+        return jax.tree.map(lambda a, b: jnp.where(due, a, b), new, old)
+
+    last = latest(Sampled(view.t, view.motion, view.target, control.command), control)
+    looked = seen(last.t, last.motion, last.target, alpha(last.target, drawn.plant), drawn)
+    response = loop.law.respond(looked, own, actuators, drawn.gains)
+    command = latest(response.command, control.command)
+    return response._replace(command=command), last._replace(command=command)
 
 
 def behind_faults(

@@ -94,7 +94,7 @@ class Report(NamedTuple):
 class Step(NamedTuple):
     """Everything at one instant of a flight, as metrics and traces see it.
 
-    seen: the motion as the controller sees it. command: v before the saturation; commanded: h(v); applied: after the faults;
+    seen: the motion as it is measured. command: v before the saturation; commanded: h(v); applied: after the faults;
     disturbance: added to it [N, N·m].
     """
 

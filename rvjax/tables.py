@@ -6,6 +6,7 @@ Flights ─columns→ Table
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -74,31 +75,42 @@ def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np
     return pd.DataFrame({"sample": np.repeat(kept, len(times)), "t_s": np.tile(times, len(kept))} | columns)
 
 
-def trace_table(steps: list[Step], position: int, signals: Mapping[str, Column]) -> tuple[pd.DataFrame, dict[str, Column]]:
-    """One row per observed step of one traced sample, everything in SI; frames as in `rvjax.state`. signals: the controller's."""
+def trace_table(
+    steps: list[Step], position: int, signals: Mapping[str, Column], measured: bool
+) -> tuple[pd.DataFrame, dict[str, Column]]:
+    """One row per observed step of one traced sample, everything in SI; frames as in `rvjax.state`.
+
+    signals: the controller's. measured: with the motion as it is measured beside the true one.
+    """
     columns: dict[str, Column] = {}
     data: dict[str, NDArray[np.float64]] = {}
-    for column, series in _series(steps, signals):
+    for column, series in _series(steps, signals, measured):
         columns[column.name] = column
         data[column.name] = np.array([values[position] for values in series])
     return pd.DataFrame(data), columns
 
 
-def _series(steps: list[Step], signals: Mapping[str, Column]) -> Iterator[tuple[Column, list[Any]]]:
+def _series(steps: list[Step], signals: Mapping[str, Column], measured: bool) -> Iterator[tuple[Column, list[Any]]]:
     first = steps[0]
     yield Column("t_s", "s", "time"), [np.broadcast_to(step.t, step.motion.rho.x.shape) for step in steps]
-    vectors: Mapping[str, tuple[str, str, str, Any]] = {
-        "rho_{}_m": ("m", "pursuer minus docking point, in P", "rho", lambda s: s.motion.rho),
-        "nu_{}_m_s": ("m/s", "difference of inertial velocities, in P", "nu", lambda s: s.motion.nu),
-        "sigma_{}": ("1", "modified Rodrigues parameters of P with respect to T", "sigma", lambda s: s.motion.sigma),
-        "omega_{}_rad_s": ("rad/s", "angular velocity of P relative to T, in P", "omega", lambda s: s.motion.omega),
-        "target_r_{}_m": ("m", "inertial position of the target, resolved in T", "r_t", lambda s: s.target.r),
-        "target_v_{}_m_s": ("m/s", "inertial velocity of the target, resolved in T", "v_t", lambda s: s.target.v),
-        "target_w_{}_rad_s": ("rad/s", "inertial angular velocity of the target, in T", "w_t", lambda s: s.target.w),
+    vectors = {
+        "rho_{}_m": ("m", "pursuer minus docking point, in P", "rho", "motion.rho"),
+        "nu_{}_m_s": ("m/s", "difference of inertial velocities, in P", "nu", "motion.nu"),
+        "sigma_{}": ("1", "modified Rodrigues parameters of P with respect to T", "sigma", "motion.sigma"),
+        "omega_{}_rad_s": ("rad/s", "angular velocity of P relative to T, in P", "omega", "motion.omega"),
+        "target_r_{}_m": ("m", "inertial position of the target, resolved in T", "r_t", "target.r"),
+        "target_v_{}_m_s": ("m/s", "inertial velocity of the target, resolved in T", "v_t", "target.v"),
+        "target_w_{}_rad_s": ("rad/s", "inertial angular velocity of the target, in T", "w_t", "target.w"),
     }
-    for form, (unit, text, symbol, get) in vectors.items():
+    if measured:
+        vectors |= {
+            f"seen_{form}": (unit, f"as measured, {text}", symbol, place.replace("motion", "seen"))
+            for form, (unit, text, symbol, place) in vectors.items()
+            if place.startswith("motion")
+        }
+    for form, (unit, text, symbol, place) in vectors.items():
         for i, axis in enumerate(AXES):
-            yield Column(form.format(axis), unit, f"{symbol}: {text}"), [get(step).parts()[i] for step in steps]
+            yield Column(form.format(axis), unit, f"{symbol}: {text}"), [attrgetter(place)(step).parts()[i] for step in steps]
     wrenches: Mapping[str, tuple[str, Any]] = {
         "cmd": ("commanded wrench h(v), in P", lambda s: s.commanded),
         "applied": ("wrench behind the faults, before the disturbance, in P", lambda s: s.applied),

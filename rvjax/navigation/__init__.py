@@ -7,4 +7,9 @@ is perfect.
 
 from __future__ import annotations
 
-MEMBERS: dict[str, str] = {}
+MEMBERS = {
+    "noise": "rvjax.navigation.noise",
+    "bias": "rvjax.navigation.bias",
+    "gyro-drift": "rvjax.navigation.gyro_drift",
+    "delay": "rvjax.navigation.delay",
+}
