@@ -32,6 +32,20 @@ DERIVATIVE = "test_adaptation.py::test_differentiators_find_the_derivative"
 SINE = "test_elementary.py::test_sine_and_cosine_have_every_digit"
 NUSSBAUM = "test_adaptation.py::test_nussbaum_gains_by_definition"
 ONSET = "test_flight.py::test_faults_begin_at_their_onset"
+NORMAL = "test_noise.py::test_the_numbers_are_normal"
+APART = "test_noise.py::test_numbers_depend_on_nothing_of_each_other"
+COLOURED = "test_noise.py::test_coloured_noise_has_its_variance_and_correlation"
+OU, DRAG, J2 = (f"disturbances/{name}.py" for name in ("ornstein_uhlenbeck", "differential_drag", "j2_difference"))
+PULSE, TABLE = "disturbances/plume_pulse.py", "disturbances/table.py"
+TWO_IN_AIR = "test_disturbances.py::test_drag_is_that_of_two_bodies_in_inertial_space"
+TWO_PULLED = "test_disturbances.py::test_j2_is_that_of_two_bodies_in_inertial_space"
+PULSES = "test_disturbances.py::test_a_pulse_has_its_impulse_its_height_and_its_times"
+ROWS = "test_disturbances.py::test_a_table_is_interpolated"
+ORDER = "test_navigation.py::test_errors_act_in_the_order_of_the_campaign"
+WHITE = "test_navigation.py::test_noise_is_white_and_of_its_size"
+BIAS = "test_navigation.py::test_a_bias_is_the_one_that_was_drawn"
+GYRO = "test_navigation.py::test_the_bias_of_a_gyro_wanders_by_the_root_of_time"
+BY_HAND = "test_sampling.py::test_a_sampled_flight_is_the_one_written_by_hand"
 
 MUTANTS = (
     # plant
@@ -215,5 +229,166 @@ MUTANTS = (
         "-known.alpha - motion.sigma",
         "known.alpha - motion.sigma",
         "test_adaptation.py::test_pd_plus_lyapunov_function_falls",
+    ),
+    # noise
+    Mutant("ln u without its factor", "noise.py", "np.float32(-2.0)", "np.float32(-1.0)", NORMAL),
+    Mutant(
+        "16 bits for 32",
+        "noise.py",
+        "pair(*threefry(words, (step, jnp.uint32(j))))",
+        "pair(*(w << 16 for w in threefry(words, (step, jnp.uint32(j)))))",
+        NORMAL,
+    ),
+    Mutant("one word for two numbers", "noise.py", "second.astype", "first.astype", APART),
+    Mutant("the component is not counted", "noise.py", "(step, jnp.uint32(j))", "(step, jnp.uint32(0))", APART),
+    Mutant("the step is not counted", "noise.py", "(step, jnp.uint32(j))", "(step * 0, jnp.uint32(j))", APART),
+    Mutant("a key that is half read", "noise.py", "words = ((a << 16) | b, (c << 16) | d)", "words = (d * 0, d * 0)", APART),
+    Mutant(
+        "a round less",
+        "noise.py",
+        "for group in range(5)",
+        "for group in range(4)",
+        "test_noise.py::test_the_generator_is_the_published_one",
+    ),
+    # disturbances
+    Mutant("√(1−a) for √(1−a²)", OU, "-fall * (2.0 + fall)", "-fall", COLOURED),
+    Mutant("Euler's a", OU, "jnp.expm1(-tick.h / tau)", "-tick.h / tau", COLOURED),
+    Mutant("a start at zero", OU, "jnp.where(tick.k == 0, -1.0, jnp.expm1(-tick.h / tau))", "jnp.expm1(-tick.h / tau)", COLOURED),
+    Mutant("time constant as a rate", OU, "-tick.h / tau", "-tick.h * tau", COLOURED),
+    Mutant("drag without ω_t×δ", DRAG, "y.target.v + cross(y.target.w, plant.port)", "y.target.v", TWO_IN_AIR),
+    Mutant("drag without ν", DRAG, "rotate(known.r, port) + y.motion.nu", "rotate(known.r, port)", TWO_IN_AIR),
+    Mutant("sign of the target's drag", DRAG, "(pursuer - target)", "(pursuer + target)", TWO_IN_AIR),
+    Mutant("one coefficient for both", DRAG, "numbers.target_m2_kg, numbers", "numbers.pursuer_m2_kg, numbers", TWO_IN_AIR),
+    Mutant("J2 without φ₇", J2, " + s * s * phi7)", ")", "test_disturbances.py::test_the_difference_of_j2_has_every_digit"),
+    Mutant(
+        "J2 without d²",
+        J2,
+        "d * (2.0 * s + d) * seventh",
+        "d * 2.0 * s * seventh",
+        "test_disturbances.py::test_the_difference_of_j2_has_every_digit",
+    ),
+    Mutant(
+        "sin u for cos u",
+        J2,
+        "out * sin(u) + cross(normal, out) * cos(u)",
+        "out * cos(u) + cross(normal, out) * sin(u)",
+        TWO_PULLED,
+    ),
+    Mutant("r̂×ĥ for ĥ×r̂", J2, "cross(normal, out)", "cross(out, normal)", TWO_PULLED),
+    Mutant("the pole in T", J2, "rotate(known.r, k))", "k)", TWO_PULLED),
+    Mutant("J2 without the port", J2, "y.motion.rho + rotate(known.r, plant.port)", "y.motion.rho", TWO_PULLED),
+    Mutant(
+        "no ü",
+        J2,
+        "(memory.rate + memory.half * since)",
+        "memory.rate",
+        "test_disturbances.py::test_the_argument_of_latitude_follows_the_orbit",
+    ),
+    Mutant(
+        "u starts over",
+        J2,
+        "latitude(tick.t, memory), rate",
+        "memory.u, rate",
+        "test_disturbances.py::test_the_argument_of_latitude_follows_the_orbit",
+    ),
+    Mutant(
+        "pulses before the first",
+        PULSE,
+        "jnp.maximum(jnp.floor(since / numbers.period_s), 0.0)",
+        "jnp.floor(since / numbers.period_s)",
+        PULSES,
+    ),
+    Mutant(
+        "an edge that adds to the width",
+        PULSE,
+        "(since - numbers.width_s) / numbers.edge_s",
+        "(since - numbers.width_s - numbers.edge_s) / numbers.edge_s",
+        PULSES,
+    ),
+    Mutant(
+        "an edge with a kink",
+        PULSE,
+        "inside * inside * inside * (10.0 + inside * (6.0 * inside - 15.0))",
+        "inside",
+        "test_disturbances.py::test_what_rk4_makes_of_an_edge",
+    ),
+    Mutant("a table shifted the other way", TABLE, "t - numbers.shift_s", "t + numbers.shift_s", ROWS),
+    Mutant("the row behind", TABLE, '"scan_unrolled") - 1, 0', '"scan_unrolled"), 0', ROWS),
+    Mutant("a table held during a step", TABLE, "((t - memory.t) / memory.h)", "0.0", ROWS),
+    # navigation
+    Mutant(
+        "sign in compose",
+        "algebra.py",
+        "- cross(a, b) * 2.0) / (1.0",
+        "+ cross(a, b) * 2.0) / (1.0",
+        "test_dynamics.py::test_rotations_are_composed",
+    ),
+    Mutant(
+        "an attitude's error in T",
+        "navigation/interface.py",
+        'compose(errors["attitude_rad"] * 0.25, sigma)',
+        'compose(sigma, errors["attitude_rad"] * 0.25)',
+        BIAS,
+    ),
+    Mutant("an angle as an MRP", "navigation/interface.py", 'errors["attitude_rad"] * 0.25', 'errors["attitude_rad"]', WHITE),
+    Mutant("noise that stands", "navigation/noise.py", "numbers.noise, tick.k, 3", "numbers.noise, tick.k * 0, 3", WHITE),
+    Mutant(
+        "noise that moves up",
+        "navigation/noise.py",
+        "for place, name in enumerate(MEASURED)}",
+        "for place, name in enumerate(memory)}",
+        "test_navigation.py::test_what_is_not_named_is_exact_and_changes_nothing_else",
+    ),
+    Mutant("q h for q √h", "navigation/gyro_drift.py", "jnp.sqrt(tick.h)", "tick.h", GYRO),
+    Mutant(
+        "a gyro that wanders before the flight",
+        "navigation/gyro_drift.py",
+        "jnp.where(tick.k == 0, 0.0, jnp.sqrt(tick.h))",
+        "jnp.sqrt(tick.h)",
+        GYRO,
+    ),
+    Mutant(
+        "a step less of delay",
+        "navigation/delay.py",
+        "return memory[-1]",
+        "return memory[-2]",
+        "test_navigation.py::test_a_delay_is_exact",
+    ),
+    Mutant(
+        "an error that is given the true motion",
+        "closed_loop.py",
+        "one.keep(tick, motion, memory, own)",
+        "one.keep(tick, drawn.motion, memory, own)",
+        ORDER,
+    ),
+    Mutant(
+        "a start on the true motion",
+        "closed_loop.py",
+        "seen(tick.t, first, drawn.target",
+        "seen(tick.t, motion, drawn.target",
+        "test_navigation.py::test_the_controller_starts_on_what_it_sees",
+    ),
+    # sampled control
+    Mutant("a command at every step", "closed_loop.py", "tick.k % loop.sampling == 0", "tick.k >= 0", BY_HAND),
+    Mutant(
+        "an own state that sees the present",
+        "closed_loop.py",
+        "loop.law.respond(looked, own",
+        "loop.law.respond(view, own",
+        BY_HAND,
+    ),
+    Mutant(
+        "a command of the present within a step",
+        "closed_loop.py",
+        "due = False if tick",
+        "due = True if tick",
+        "test_sampling.py::test_a_command_stands_between_two_instants",
+    ),
+    Mutant(
+        "a look that comes late",
+        "closed_loop.py",
+        "looked = seen(last.t, last.motion",
+        "looked = seen(last.t, control.motion",
+        BY_HAND,
     ),
 )

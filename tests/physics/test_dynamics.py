@@ -222,6 +222,19 @@ def test_rotation_agrees_with_scipy(sigma: NDArray[np.float64]) -> None:
         np.testing.assert_array_equal(array(shadow), sigma)
 
 
+@pytest.mark.parametrize(("a", "b"), [*zip(SIGMAS[:8], SIGMAS[8:16], strict=True), (0.0 * SIGMAS[0], SIGMAS[1])])
+def test_rotations_are_composed(a: NDArray[np.float64], b: NDArray[np.float64]) -> None:
+    """R(compose(a, b)) = R(a) R(b), against SciPy; composed with nothing an attitude stays as it is, bit for bit.
+
+    Kills: R(b) R(a), the sign of a×b, of aᵀb, a factor.
+    """
+    both = Rotation.from_mrp(b) * Rotation.from_mrp(a)  # SciPy's turn vectors, R their frame
+    found = array(algebra.compose(Vector(*a), Vector(*b)))
+    assert (Rotation.from_mrp(found).inv() * both).magnitude() <= 1e-14
+    np.testing.assert_allclose(dcm(algebra.rotation(Vector(*found))), both.as_matrix().T, atol=1e-14)
+    np.testing.assert_array_equal(array(algebra.compose(Vector(0.0, 0.0, 0.0), Vector(*b))), b)
+
+
 @pytest.mark.parametrize("sigma", SIGMAS)
 def test_lyapunov_identities(sigma: NDArray[np.float64]) -> None:
     """d/dt 2 ln(1+σᵀσ) = σᵀω and ρᵀ(Ω×ρ) = 0; kills a factor of G(σ) and a sign in the cross product."""

@@ -1,0 +1,115 @@
+"""What holds for every member of the families that act from step to step: disturbances and navigation errors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from rvjax.algebra import Channels
+from rvjax.family import component, members
+from rvjax.state import Motion, Tick
+from tests import flights
+from tests.members import OWN, built, known, scene
+
+EVERY = [(family, use) for family in OWN for use in members(family)]
+H = 0.05
+
+
+def keep(family: str, functions: Any, k: Any, h: Any, memory: Any, numbers: Any, motion: Any, target: Any, plant: Any) -> Any:
+    """The memory of step k."""
+    state, _ = known(motion, target, plant)
+    tick = Tick(k, k * h, h)
+    return functions.keep(tick, state if family == "disturbances" else motion, memory, numbers)
+
+
+def act(family: str, functions: Any, t: Any, memory: Any, numbers: Any, motion: Any, target: Any, plant: Any) -> Any:
+    """What the member gives at a time."""
+    state, geometry = known(motion, target, plant)
+    if family == "disturbances":
+        return functions.push(t, state, geometry, plant, memory, numbers)
+    return functions.see(t, motion, memory, numbers)
+
+
+def start(family: str, functions: Any, numbers: Any, motion: Any) -> Any:
+    """The memory before the first step, in the type of the flight, as `flight.begin` has it."""
+    memory = functions.start(numbers) if family == "disturbances" else functions.start(motion, numbers)
+    return jax.tree.map(lambda x: jnp.asarray(x, motion.rho.x.dtype), memory)
+
+
+def whole(family: str, functions: Any, steps: int, h: Any, numbers: Any, motion: Any, target: Any, plant: Any) -> Any:
+    """What one sample gets at the beginning and at two thirds of each step, and the last memory."""
+    memory, given = start(family, functions, numbers, motion), list[Any]()
+    for k in range(steps):
+        memory = keep(family, functions, jnp.int32(k), h, memory, numbers, motion, target, plant)
+        given += [act(family, functions, (k + part) * h, memory, numbers, motion, target, plant) for part in (0.0, 0.65)]
+    return given, memory
+
+
+def flown(family: str, use: str, steps: int = 2) -> Any:
+    """`whole` of every lane, one operation after the other."""
+    functions, numbers = built(family, use, flights.LANES)
+    return jax.vmap(lambda *own: whole(family, functions, steps, H, *own))(numbers, *scene())
+
+
+def test_every_member_is_here() -> None:
+    """Kills: a member without a test."""
+    for family, own in OWN.items():
+        assert own.keys() == members(family).keys()
+
+
+@pytest.mark.parametrize(("family", "use"), EVERY)
+def test_what_a_member_gives(family: str, use: str) -> None:
+    """Finite, of the right kind, the same again. Kills: a global state, a NaN at t = 0, a scalar in the place of a vector."""
+    given, memory = flown(family, use)
+    for one in given:
+        assert isinstance(one, Channels if family == "disturbances" else Motion)
+    for x in jax.tree.leaves((given, memory)):
+        assert x.shape == (flights.LANES,)
+        assert np.isfinite(x).all()
+    jax.tree.map(np.testing.assert_array_equal, (given, memory), flown(family, use))
+
+
+@pytest.mark.parametrize(("family", "use"), EVERY)
+@pytest.mark.parametrize("kind", [jnp.float32, jnp.float64])
+def test_a_memory_is_carried_as_it_was_and_nothing_is_promoted(family: str, use: str, kind: Any) -> None:
+    """A flight is a loop: what `keep` gives has the shape and type of what `start` gave. Kills: a float64 constant in float32, a
+    whole number that is carried, a memory that grows."""
+    functions, numbers = built(family, use, 1)
+    rows = jax.tree.map(lambda x: jax.ShapeDtypeStruct((), kind), (numbers, *scene()))
+
+    def carried(own: Any, motion: Any, target: Any, plant: Any) -> Any:
+        h = motion.rho.x * 0.0 + jnp.asarray(H, kind)
+        before = start(family, functions, own, motion)
+        after = keep(family, functions, jnp.int32(1), h, before, own, motion, target, plant)
+        return before, after, act(family, functions, h, after, own, motion, target, plant)
+
+    before, after, given = jax.eval_shape(carried, *rows)
+    assert jax.tree.structure(before) == jax.tree.structure(after)
+    assert {x.dtype for x in jax.tree.leaves((before, after, given))} == {jnp.dtype(kind)}
+
+
+@pytest.mark.parametrize(("family", "use"), EVERY)
+def test_lanes_know_nothing_of_each_other(family: str, use: str) -> None:
+    """Sample 3 is the same beside whichever others, bit for bit. Kills: noise by place in the chunk for noise by sample."""
+    functions, numbers = built(family, use, flights.LANES)
+    order = np.array([3, 1, 2, 0])
+    _, turned = built(family, use, [int(sample) for sample in order])
+    jax.tree.map(lambda x, y: np.testing.assert_array_equal(x[order], y), numbers, turned)
+    both = [
+        jax.vmap(lambda *own: whole(family, functions, 2, H, *own))(own, *flights.lane(scene(), rows))
+        for own, rows in ((numbers, np.arange(4)), (turned, order))
+    ]
+    jax.tree.map(lambda x, y: np.testing.assert_array_equal(x[order], y), *both)
+
+
+@pytest.mark.parametrize(("family", "use"), EVERY)
+def test_defaults(family: str, use: str) -> None:
+    """A member without required keys is built from nothing at all; one with some says which. Kills: a default that is refused."""
+    model = component(family, use).parameters
+    needed = {key for key, info in model.keys().items() if info.is_required()}
+    parameters = model.model_validate({key: OWN[family][use][key] for key in needed})
+    assert component(family, use).build(parameters)
