@@ -16,7 +16,7 @@ from rvjax.errors import UsageError
 from rvjax.family import FAMILIES, Component, component, members, module_of
 from rvjax.saturation import SATURATIONS
 from rvjax.spec import Model, Spec, units
-from rvjax.spec.notation import JOINT_LAWS, LAWS
+from rvjax.spec.notation import forms
 from rvjax.spec.schema import schema
 
 HERE = "rvjax"
@@ -87,12 +87,10 @@ def pages_called(name: str) -> list[Page]:
     if name in CHAPTERS:
         origin = f"{HERE}.{name}"
         found.insert(0, Page("chapter", name, origin, inspect.getdoc(import_module(origin)) or "", ()))
-    laws = LAWS | {word: (("radius",), law) for word, law in JOINT_LAWS.items()}
+    laws = forms()
     if name in laws:
-        words, law = laws[name]
-        form = words[0] if len(words) == 1 else f"[{', '.join(words)}]"
-        text = f"{{{name}: {form}}}\n\n{inspect.getdoc(law) or ''}"
-        found.append(Page("distribution", name, law.__module__, text, ()))
+        form, law = laws[name]
+        found.append(Page("distribution", name, law.__module__, f"{form}\n\n{inspect.getdoc(law) or ''}", ()))
     if inspect.isclass(section) and issubclass(section, Model):
         found.append(Page("campaign file", name, HERE, inspect.getdoc(section) or "", tuple(_rows(section))))
     if not found:

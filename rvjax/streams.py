@@ -26,4 +26,9 @@ def uniforms(seed: int, name: str, samples: NDArray[np.int64]) -> NDArray[np.flo
         if len(run):
             stream = np.random.Philox(key=key, counter=int(samples[run[0]]))
             words[run] = stream.random_raw(len(run) * WORDS).reshape(-1, WORDS)
-    return ((words >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
+    return _shares(words)
+
+
+def _shares(words: NDArray[np.uint64]) -> NDArray[np.float64]:
+    """(⌊w/2¹¹⌋ + ½)/2⁵³; the largest word, which rounding would take to 1, gives the largest number below 1."""
+    return np.minimum(((words >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53, 1.0 - 2.0**-53)

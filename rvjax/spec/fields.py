@@ -31,7 +31,7 @@ from pydantic_core import PydanticUndefined, core_schema
 
 from rvjax.errors import Finding
 from rvjax.spec import units
-from rvjax.spec.forms import distribution, joint_distribution
+from rvjax.spec.forms import distribution, drawn_attitude, joint_distribution
 from rvjax.spec.notation import Range, Reader, did_you_mean, with_unit
 from rvjax.spec.problem import Problem, problems, refuse
 from rvjax.spec.quantity import Quantity, Shape
@@ -193,7 +193,8 @@ class DeclaredQuantity(Declared):
         if self.shape == "scalar":
             return scalar
         if self.shape == "vector":
-            return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3), joint_distribution()]}
+            attitude = [drawn_attitude()] if self.unit == "1" else []
+            return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3), joint_distribution(), *attitude]}
         half = {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3)]}
         halves = {
             "properties": {"force": half, "torque": half},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from rvjax.spec.notation import JOINT_LAWS, LAWS
+from rvjax.spec.notation import ABOUT, LAWS, RADIAL
 
 
 def _only(word: str, given: dict[str, Any]) -> dict[str, Any]:
@@ -40,5 +40,12 @@ def distribution() -> dict[str, Any]:
 def joint_distribution() -> dict[str, Any]:
     """One of the laws of a whole vector."""
     halves = {"anyOf": [_numbers(("half side",)), _numbers(("x", "y", "z"))]}
-    laws = [_only(word, _numbers(("radius",))) for word in JOINT_LAWS]
-    return {"description": "a drawn vector", "oneOf": [_only("box", halves), *laws]}
+    laws = [_only(word, _numbers(("radius",))) for word in RADIAL]
+    about = {"mean": _numbers(("x", "y", "z")), "kappa": {"type": "number"}, "radius": {"type": "number"}}
+    whole = {"type": "object", "properties": about, "required": list(ABOUT), "additionalProperties": False}
+    return {"description": "a drawn vector", "oneOf": [_only("box", halves), *laws, _only("von_mises_fisher", whole)]}
+
+
+def drawn_attitude() -> dict[str, Any]:
+    """A rotation that is uniform over all rotations, as modified Rodrigues parameters."""
+    return {"description": "a drawn attitude", **_only("rotation", {"const": "uniform"})}

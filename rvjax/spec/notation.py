@@ -1,6 +1,6 @@
 """How a campaign writes a quantity: a number is fixed, a one-key mapping is a distribution.
 
-A vector is a list of three of them, a joint distribution (box, ball, direction), or one of them for every component,
+A vector is a list of three of them, a joint distribution (box, ball, direction, …), or one of them for every component,
 drawn independently. Channels are a list of six, one for every channel, or `{force: …, torque: …}`, each a list of three
 or one for all three.
 """
@@ -8,23 +8,33 @@ or one for all three.
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 from rvjax.spec.distributions import (
+    Attitude,
     Ball,
+    Beta,
     Direction,
     Distribution,
+    Exponential,
     Fixed,
     HalfNormal,
     JointDistribution,
+    LogNormal,
     LogUniform,
     Normal,
     Pick,
+    Poisson,
+    Triangular,
     TruncatedNormal,
     Uniform,
+    VonMisesFisher,
+    Weibull,
 )
+from rvjax.spec.distributions.interface import ABOVE_ZERO
 from rvjax.spec.problem import Problem
 from rvjax.spec.quantity import Shape
 from rvjax.spec.values import Place, describe, is_list, is_mapping, is_number
@@ -35,14 +45,24 @@ LAWS: dict[str, tuple[tuple[str, ...], Callable[..., Distribution]]] = {
     "truncated_normal": (("mean", "sd", "low", "high"), TruncatedNormal),
     "log_uniform": (("low", "high"), LogUniform),
     "half_normal": (("sd",), HalfNormal),
+    "log_normal": (("median", "sigma_log"), LogNormal),
+    "triangular": (("low", "mode", "high"), Triangular),
+    "beta": (("a", "b", "low", "high"), Beta),
+    "exponential": (("mean",), Exponential),
+    "weibull": (("scale", "shape"), Weibull),
+    "poisson": (("mean",), Poisson),
 }
 """By the word in a campaign: its parameters in order, and what they make. `choice` takes a list of any length."""
 
-JOINT_LAWS: dict[str, Callable[[float], JointDistribution]] = {"ball": Ball, "direction": Direction}
-"""Of a vector, by the word in a campaign; each takes a radius. `box` is three independent uniform distributions."""
+RADIAL: dict[str, Callable[[float], JointDistribution]] = {"ball": Ball, "direction": Direction}
+"""Laws of a vector that take a radius, by the word in a campaign."""
+
+ABOUT = ("mean", "kappa", "radius")
+"""What `von_mises_fisher` takes."""
 
 SCALAR_WORDS = (*LAWS, "choice")
-VECTOR_WORDS = ("box", *JOINT_LAWS)
+VECTOR_WORDS = ("box", *RADIAL, "von_mises_fisher", "rotation")
+"""`box` is three independent uniform distributions."""
 
 NOTHING = Fixed(0.0)
 """Stands where a problem was found."""
@@ -77,6 +97,18 @@ def with_unit(text: str, unit: str, between: str = " ") -> str:
     return text if unit == "1" or "," in unit else f"{text}{between}{unit}"
 
 
+def forms() -> dict[str, tuple[str, type[Any]]]:
+    """Every word of a distribution: how a campaign writes it, and the class that it means."""
+    scalars = {word: (names[0] if len(names) == 1 else f"[{', '.join(names)}]", law) for word, (names, law) in LAWS.items()}
+    others: dict[str, tuple[str, Any]] = {
+        "choice": ("[value, …] or {values: [value, …], weights: [weight, …]}", Pick),
+        **{word: ("radius", law) for word, law in RADIAL.items()},
+        "von_mises_fisher": ("{mean: [x, y, z], kappa: k, radius: r}", VonMisesFisher),
+        "rotation": ("uniform", Attitude),
+    }
+    return {word: (f"{{{word}: {form}}}", cast("type[Any]", law)) for word, (form, law) in (scalars | others).items()}
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """`did you mean mass_kg?` or else the list of what is known."""
     names = list(known)
@@ -102,7 +134,7 @@ class Reader:
             ((word, given),) = raw.items()
             if word == "box":
                 return self.box(given, (word,)), None
-            if word in JOINT_LAWS:
+            if word in VECTOR_WORDS:
                 return (), self.joint(word, given, (word,))
         return self.parts(raw, 3, (), VECTOR_WORDS), None
 
@@ -169,13 +201,46 @@ class Reader:
         )
 
     def joint(self, word: str, given: Any, place: Place) -> JointDistribution | None:
-        """`{ball: radius}` or `{direction: radius}`."""
+        """`{ball: radius}`, `{direction: radius}`, `{von_mises_fisher: {…}}` or, of an attitude, `{rotation: uniform}`."""
+        if word == "rotation":
+            return self.rotation(given, place)
+        if word == "von_mises_fisher":
+            return self.about(given, place)
+        radius = self.radius(word, given, place)
+        return RADIAL[word](radius) if radius else None
+
+    def rotation(self, given: Any, place: Place) -> JointDistribution | None:
+        """`uniform`, of modified Rodrigues parameters."""
+        if self.unit != "1":
+            self.refuse(place, "rotation is for an attitude", f"accepted: {', '.join(VECTOR_WORDS[:-1])}", at_key=True)
+        elif given != "uniform":
+            self.refuse(place, f"found {describe(given)}", "accepted: uniform")
+        return Attitude()
+
+    def about(self, given: Any, place: Place) -> JointDistribution | None:
+        """`{mean: [x, y, z], kappa: k, radius: r}`."""
+        if not is_mapping(given) or given.keys() != set(ABOUT):
+            self.refuse(place, f"found {describe(given)}", f"accepted: a mapping with {', '.join(ABOUT)}")
+            return None
+        mean = self.numbers(given["mean"], ("x", "y", "z"), (*place, "mean"))
+        kappa = self.numbers(given["kappa"], ("kappa",), (*place, "kappa"))
+        radius = self.radius("von_mises_fisher", given["radius"], (*place, "radius"))
+        if not mean or not kappa or not radius:
+            return None
+        try:
+            return VonMisesFisher.of((mean[0], mean[1], mean[2]), kappa[0], radius)
+        except ValueError as error:
+            self.refuse(place, f"von_mises_fisher: {error}", "")
+        return None
+
+    def radius(self, word: str, given: Any, place: Place) -> float:
+        """A radius above 0 whose sphere is inside the range; 0 if a problem was found."""
         for radius in self.numbers(given, ("radius",), place):
             if radius > 0.0:
                 self.checked(word, lambda radius=radius: Uniform(-radius, radius), place)
-                return JOINT_LAWS[word](radius)
+                return radius
             self.refuse(place, f"{word}: found {radius:g}", f"accepted: a radius above {with_unit('0', self.unit)}")
-        return None
+        return 0.0
 
     def numbers(self, given: Any, names: tuple[str, ...] | None, place: Place) -> list[float]:
         """The parameters of a distribution, which are plain numbers; empty if a problem was found."""
@@ -203,8 +268,9 @@ class Reader:
         except ValueError as error:
             return self.refuse(place, f"{word}: {error}", "")
         if not self.range.admits(law.low, law.high):
-            ends = with_unit(f"{law.low:g}" if law.low == law.high else f"{law.low:g} to {law.high:g}", self.unit)
-            hint = "; a truncated_normal has ends" if word in ("normal", "half_normal") else ""
+            low = "above 0" if law.low == ABOVE_ZERO else f"{law.low:g}"
+            ends = with_unit(low if law.low == law.high else f"{low} to {law.high:g}", self.unit)
+            hint = "; a truncated_normal has ends" if math.isinf(law.low) or math.isinf(law.high) else ""
             return self.refuse(
                 place, f"{word} reaches from {ends}" if word else ends, f"accepted: {self.range.words(self.unit)}{hint}"
             )

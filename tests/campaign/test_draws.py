@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from rvjax import streams
 from rvjax.algebra import Symmetric
 from rvjax.campaign import load
 from rvjax.draw import Draws
@@ -59,6 +60,12 @@ def test_uniforms_are_uniform_and_independent() -> None:
     r = np.corrcoef(u.T)
     limit = stats.norm.isf(0.5e-7) / math.sqrt(20000)
     assert np.abs(r[np.triu_indices(4, 1)]).max() < limit
+
+
+def test_uniforms_are_inside_the_unit_interval() -> None:
+    """The largest and the smallest word there are. Kills a number that rounds to 1, whose normal number would be infinite."""
+    words = np.array([2**64 - 1, 2**64 - 2**11, 0, 2**63], dtype=np.uint64)
+    assert streams._shares(words).tolist() == [1.0 - 2.0**-53, 1.0 - 2.0**-53, 2.0**-54, 0.5 + 2.0**-54]
 
 
 def test_only_what_is_drawn_has_a_column_with_its_unit() -> None:

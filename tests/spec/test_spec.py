@@ -337,7 +337,13 @@ def test_schema_accepts_the_good_and_refuses_the_bad(good: Path) -> None:
     assert whole["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     defs = whole["$defs"]
     faults = "faults=[{use: effectiveness, force_N: {ball: 1}, gains: {k1: {uniform: [0, 1]}}}]"
-    value = parse(good, [faults])[2].value
+    about = "start.rho_m={von_mises_fisher: {mean: [1, 0, 0], kappa: 10, radius: 5}}"
+    others = (
+        "start.sigma={rotation: uniform}",
+        "pursuer.mass_kg={beta: [2, 5, 80, 120]}",
+        "pursuer.inertia_kgm2.tilt_deg={weibull: [3, 2]}",
+    )
+    value = parse(good, [faults, about, *others])[2].value
     assert value is not None
     assert _accepts(whole, value, defs)
     for change in (
@@ -347,6 +353,8 @@ def test_schema_accepts_the_good_and_refuses_the_bad(good: Path) -> None:
         {"pursuer": {**value["pursuer"], "mass_kg": {"unifrom": [1, 2]}}},
         {"pursuer": {**value["pursuer"], "mass_kg": -1}},
         {"start": {**value["start"], "rho_m": [1, 2]}},
+        {"start": {**value["start"], "rho_m": {"rotation": "uniform"}}},
+        {"start": {**value["start"], "rho_m": {"von_mises_fisher": {"mean": [1, 0, 0], "kappa": 10}}}},
         {"faults": [{"use": "effectiveness"}]},
         {"faults": [{"use": "unknown", "force_N": 1}]},
         {"controller": {"use": "pd-plus", "k2": 1}},
