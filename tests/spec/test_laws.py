@@ -172,7 +172,8 @@ def test_counts_have_the_law() -> None:
 @pytest.mark.parametrize("kappa", [1e-3, 2.0, 400.0, 1e9])
 @pytest.mark.parametrize("mean", [(0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, -2.0, 0.5)])
 def test_directions_about_a_mean(kappa: float, mean: tuple[float, float, float]) -> None:
-    """1 − cos of the angle to the mean has F(t) = (1 − e^(−κt))/(1 − e^(−2κ)), the azimuth is uniform: Kolmogorov–Smirnov at 1e-6.
+    """1 − cos of the angle to the mean has F(t) = (1 − e^(−κt))/(1 − e^(−2κ)), the azimuth is uniform (Kolmogorov–
+    Smirnov at 1e-6).
 
     Kills cosh for sinh, an azimuth about the z axis, a frame that breaks at −z, and 1 − cos by subtraction at large κ."""
     law = VonMisesFisher.of(mean, kappa, 3.0)
@@ -192,7 +193,8 @@ def test_directions_about_a_mean(kappa: float, mean: tuple[float, float, float])
 
 
 def test_rotations_are_uniform() -> None:
-    """The angle has F = (θ − sin θ)/π, and a rotation behind it changes nothing: each entry of R and of R Q is uniform on [−1, 1].
+    """The angle has F = (θ − sin θ)/π, and a rotation behind it changes nothing: each entry of R and of RQ is uniform on
+    [−1, 1].
     Kolmogorov–Smirnov at 1e-6. Kills a uniform angle about a uniform axis, MRP in a ball, half of SO(3) left out."""
     sigma = Attitude().ppf(uniforms(5, "attitude", np.arange(20_000)))
     assert np.linalg.norm(sigma, axis=1).max() <= 1.0 + 1e-15
