@@ -68,7 +68,8 @@ def run(
     place = Path(out) if out is not None else Path("reports") / spec.name / short(mine)
     described = (mine, provenance(command, overrides), spec.source.text, spec.samples, spec.name)
     there = (place / MANIFEST).exists()
-    folder = RunFolder.resume(place, *described, LANES) if there else RunFolder.create(place, *described)
+    inputs = spec.source.inputs
+    folder = RunFolder.resume(place, *described, LANES, inputs) if there else RunFolder.create(place, *described, inputs)
     if opened is not None:
         opened(place)
     fold = Fold(spec.require, spec.keep)

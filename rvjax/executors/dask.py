@@ -266,6 +266,7 @@ def _client(place: int | str, stack: ExitStack) -> Client:
 def _order(pilot: Pilot, folder: RunFolder, token: str, local: bool) -> Order:
     return Order(
         campaign=pilot.problem.spec.source.text,
+        inputs=pilot.problem.spec.source.inputs,
         overrides=tuple(map(str, folder.provenance["overrides"])),
         identity=folder.identity,
         packages=packages(),

@@ -21,16 +21,18 @@ from rvjax import process
 from rvjax.campaign import load
 from rvjax.identity import identity, packages
 from rvjax.pilot import Parcel, Pilot
-from rvjax.results import CAMPAIGN
+from rvjax.results import CAMPAIGN, inputs
 from rvjax.results.manifest import differences
 
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be flown, as text and numbers. folder: the run folder's path at the client; token: name of a file in it, by
-    which a worker that has the folder at the same path recognises it. local: the workers are the client's own processes."""
+    """What is to be flown, as text and numbers. inputs: the files that the campaign names. folder: the run folder's path at the
+    client; token: name of a file in it, by which a worker that has the folder at the same path recognises it. local: the workers
+    are the client's own processes."""
 
     campaign: str
+    inputs: Mapping[str, bytes]
     overrides: tuple[str, ...]
     identity: Mapping[str, Any]
     packages: Mapping[str, str]
@@ -90,6 +92,7 @@ class Station(WorkerPlugin):
         with tempfile.TemporaryDirectory() as place:
             path = Path(place) / CAMPAIGN
             path.write_text(order.campaign)
+            inputs.write(Path(place), order.inputs)
             problem = load(path, order.overrides)
         process.configure(problem.spec.precision, self._threads)
         mine = identity(problem)

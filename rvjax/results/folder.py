@@ -22,6 +22,7 @@ import pyarrow as pa
 from rvjax.columns import Column
 from rvjax.errors import DamagedError, FolderError, IncompleteError, UsageError
 from rvjax.results import derived, files
+from rvjax.results import inputs as given
 from rvjax.results.datafile import DataFile
 from rvjax.results.journal import NAME as JOURNAL
 from rvjax.results.journal import Journal
@@ -30,13 +31,15 @@ from rvjax.results.manifest import Entry, Head, Key, Part, differences, digest, 
 from rvjax.results.parquet import decode
 from rvjax.results.samples import OUTCOMES, Account, Samples, check_chunk, join
 from rvjax.results.store import PARTS, Store, compared
+from rvjax.spec.csvfile import INPUTS
 
 CAMPAIGN = "campaign.yaml"
 BASELINES = "baselines"
 """Folder with the run folders of the other controllers that flew the same draws."""
 """The campaign as it was given, in a run folder."""
 
-_DATA = {*PARTS, files.QUARANTINE, CAMPAIGN, MANIFEST, JOURNAL, derived.NAME}
+_DATA = {*PARTS, files.QUARANTINE, INPUTS, CAMPAIGN, MANIFEST, JOURNAL, derived.NAME}
+_NONE: Mapping[str, bytes] = {}
 
 Table = tuple[pd.DataFrame, dict[str, Column]]
 
@@ -61,8 +64,9 @@ class RunFolder:
         campaign_text: str,
         samples: int,
         name: str,
+        inputs: Mapping[str, bytes] = _NONE,
     ) -> Self:
-        """Makes a new run folder with the campaign as given and no data.
+        """Makes a new run folder with the campaign as given, the files that it names, and no data.
 
         `identity`: everything the flights are a function of, `provenance`: what else is worth knowing; both JSON.
         FolderError where something is there already or the place cannot be written, UsageError where another process
@@ -76,10 +80,12 @@ class RunFolder:
         store = Store.new(root, Head(**told, campaign=files.sha256(text)))
         try:
             with files.explained(root):
-                if any(name not in (CAMPAIGN, JOURNAL) and not files.is_temporary(name) for name in os.listdir(root)):
+                ours = (CAMPAIGN, JOURNAL, *([] if given.foreign(root, inputs) else [INPUTS]))
+                if any(name not in ours and not files.is_temporary(name) for name in os.listdir(root)):
                     raise FolderError(f"{root}: there already and not empty; resume it, or choose another with --out")
             files.listing(root, ())
             files.replace(root / CAMPAIGN, text)
+            store.head.inputs = given.write(root, inputs)
             store.fold()
         except BaseException:
             store.release()
@@ -104,6 +110,7 @@ class RunFolder:
         samples: int,
         name: str,
         lanes: int,
+        inputs: Mapping[str, bytes] = _NONE,
     ) -> Self:
         """Opens a run folder to fly what it lacks of `samples`.
 
@@ -132,6 +139,7 @@ class RunFolder:
             files.replace(folder.path / CAMPAIGN, text)
             head = store.head
             head.name, head.provenance, head.campaign = name, {**plain(provenance), **started}, files.sha256(text)
+            head.inputs = given.write(folder.path, inputs)
             store.fold()
         except BaseException:
             store.release()
@@ -197,8 +205,11 @@ class RunFolder:
         return [n for n in range(chunk_count) if any(Key(part, n) not in there for part in parts.get(n, ("samples",)))]
 
     def campaign_text(self) -> str:
-        """The campaign file as it was given, verified."""
-        return compared(self.path, CAMPAIGN, self._store.head.campaign).decode()
+        """The campaign file as it was given; it and the files that it names verified."""
+        text = compared(self.path, CAMPAIGN, self._store.head.campaign).decode()
+        if found := given.complaints(self.path, self._store.head.inputs):
+            raise DamagedError("\n".join(found))
+        return text
 
     def take(self, file: DataFile) -> None:
         """Adds a file of data, written here unless it is in its place already: on the disk and in the journal on return.

@@ -79,7 +79,7 @@ class Entry(BaseModel):
 
 
 class Head(BaseModel):
-    """The run's name, requested samples, identity and provenance, and the SHA-256 of its campaign file."""
+    """The run's name, requested samples, identity and provenance, and the SHA-256 of its campaign file and of those it names."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -89,6 +89,7 @@ class Head(BaseModel):
     identity: dict[str, Any]
     provenance: dict[str, Any]
     campaign: Digest
+    inputs: dict[str, Digest] = {}
 
 
 ENTRIES = TypeAdapter(list[Entry])

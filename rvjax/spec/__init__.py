@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from rvjax.spec.choice import Choice
-from rvjax.spec.fields import Model, channels, count, flag, number, option, part, scalar, validate, vector
+from rvjax.spec.fields import Model, channels, count, flag, number, option, part, scalar, series, validate, vector
 from rvjax.spec.keep import Keep
 from rvjax.spec.model import Spec, load, parse
 from rvjax.spec.quantity import Quantity
 from rvjax.spec.requirement import Requirement
 from rvjax.spec.schema import schema
+from rvjax.spec.series import Series
 from rvjax.spec.source import Source
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "Model",
     "Quantity",
     "Requirement",
+    "Series",
     "Source",
     "Spec",
     "channels",
@@ -29,6 +31,7 @@ __all__ = [
     "part",
     "scalar",
     "schema",
+    "series",
     "validate",
     "vector",
 ]

@@ -27,8 +27,8 @@ LARGEST = 1e100
 _EVENTS: Any = ruamel.yaml.events  # the package has no types
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _OTHER_BASE = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
-_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 NOT_PRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _WORDS = {"": None, "~": None} | {
     word: value
@@ -166,9 +166,9 @@ class _Reading:
             return text
         if text in _WORDS:
             return _WORDS[text]
-        if _NOT_FINITE.fullmatch(text):
+        if NOT_FINITE.fullmatch(text):
             return self.refuse(event, place, f"{text} is not a finite number", "accepted: a finite number")
-        if not (other_base := _OTHER_BASE.fullmatch(text)) and not _FLOAT.fullmatch(text):
+        if not (other_base := _OTHER_BASE.fullmatch(text)) and not FLOAT.fullmatch(text):
             return text
         if len(text) > MOST_DIGITS:
             return self.refuse(event, place, f"a number of {len(text)} characters", f"accepted: at most {MOST_DIGITS}")

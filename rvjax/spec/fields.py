@@ -35,6 +35,7 @@ from rvjax.spec.forms import distribution, drawn_attitude, joint_distribution
 from rvjax.spec.notation import Range, Reader, did_you_mean, with_unit
 from rvjax.spec.problem import Problem, problems, refuse
 from rvjax.spec.quantity import Quantity, Shape
+from rvjax.spec.series import DeclaredSeries
 from rvjax.spec.source import Source
 from rvjax.spec.values import Place, describe, is_mapping, is_number
 
@@ -253,6 +254,13 @@ def channels(unit: str, **declaration: Unpack[Declaration]) -> Any:
 def number(unit: str, **declaration: Unpack[Declaration]) -> Any:
     """One number that is the same in every sample; with `default=None` it may be left out."""
     return _field(DeclaredNumber, unit, declaration)
+
+
+def series(*columns: str, optional: tuple[str, ...] = (), others: bool = False, doc: str) -> Any:
+    """The columns of the CSV file that the key `csv` names. optional: may be missing; others: any further ones may be there."""
+    info = cast(FieldInfo, Field(alias="csv", description=doc))
+    info.metadata.append(DeclaredSeries(columns, optional, others))
+    return info
 
 
 def count(*, default: Any = PydanticUndefined, at_least: int = 0, at_most: int = 2**63 - 1, doc: str) -> Any:

@@ -34,7 +34,9 @@ def distribution() -> dict[str, Any]:
     }
     laws = [_only(word, _numbers(names)) for word, (names, _) in LAWS.items()]
     choice = _only("choice", {"anyOf": [values, weighted | {"additionalProperties": False}]})
-    return {"description": "a drawn number", "oneOf": [*laws, choice]}
+    column = {"csv": {"type": "string"}, "column": {"type": "string"}, "interpolate": {"type": "boolean"}}
+    table = {"type": "object", "properties": column, "required": ["csv", "column"], "additionalProperties": False}
+    return {"description": "a drawn number", "oneOf": [*laws, choice, _only("table", table)]}
 
 
 def joint_distribution() -> dict[str, Any]:

@@ -13,6 +13,7 @@ from pydantic import PrivateAttr, ValidationInfo, field_validator
 
 from rvjax.errors import CampaignError, Finding
 from rvjax.spec.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
+from rvjax.spec.csvfile import attach
 from rvjax.spec.fields import Model, channels, count, number, option, part, scalar, validate, vector
 from rvjax.spec.inertia import Inertia
 from rvjax.spec.keep import Keep
@@ -252,7 +253,7 @@ def _canonical(value: Any) -> Any:
     if isinstance(value, Quantity):
         return _canonical([value.shape, value.parts, value.joint])
     if is_dataclass(value):
-        return {type(value).__name__: [_canonical(getattr(value, field.name)) for field in fields(value)]}
+        return {type(value).__name__: [_canonical(getattr(value, field.name)) for field in fields(value) if field.compare]}
     if isinstance(value, Mapping):
         return {str(key): _canonical(item) for key, item in cast("Mapping[Any, Any]", value).items()}
     if isinstance(value, (list, tuple)):
@@ -262,7 +263,7 @@ def _canonical(value: Any) -> Any:
 
 def parse(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Spec | None, list[Finding], Source]:
     """A campaign file, its findings, and its source; the campaign is None exactly if there are findings."""
-    source = override(read(path), overrides)
+    source = attach(override(read(path), overrides))
     findings = list(source.findings)
     if source.value is None:
         return None, findings, source

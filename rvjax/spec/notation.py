@@ -13,12 +13,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, cast
 
+from rvjax.spec.csvfile import CsvFile
 from rvjax.spec.distributions import (
     Attitude,
     Ball,
     Beta,
     Direction,
     Distribution,
+    Empirical,
     Exponential,
     Fixed,
     HalfNormal,
@@ -37,7 +39,7 @@ from rvjax.spec.distributions import (
 from rvjax.spec.distributions.interface import ABOVE_ZERO
 from rvjax.spec.problem import Problem
 from rvjax.spec.quantity import Shape
-from rvjax.spec.values import Place, describe, is_list, is_mapping, is_number
+from rvjax.spec.values import Place, describe, is_list, is_mapping, is_number, shorten
 
 LAWS: dict[str, tuple[tuple[str, ...], Callable[..., Distribution]]] = {
     "uniform": (("low", "high"), Uniform),
@@ -60,7 +62,7 @@ RADIAL: dict[str, Callable[[float], JointDistribution]] = {"ball": Ball, "direct
 ABOUT = ("mean", "kappa", "radius")
 """What `von_mises_fisher` takes."""
 
-SCALAR_WORDS = (*LAWS, "choice")
+SCALAR_WORDS = (*LAWS, "choice", "table")
 VECTOR_WORDS = ("box", *RADIAL, "von_mises_fisher", "rotation")
 """`box` is three independent uniform distributions."""
 
@@ -102,6 +104,7 @@ def forms() -> dict[str, tuple[str, type[Any]]]:
     scalars = {word: (names[0] if len(names) == 1 else f"[{', '.join(names)}]", law) for word, (names, law) in LAWS.items()}
     others: dict[str, tuple[str, Any]] = {
         "choice": ("[value, …] or {values: [value, …], weights: [weight, …]}", Pick),
+        "table": ("{csv: file, column: name}, also with interpolate: true", Empirical),
         **{word: ("radius", law) for word, law in RADIAL.items()},
         "von_mises_fisher": ("{mean: [x, y, z], kappa: k, radius: r}", VonMisesFisher),
         "rotation": ("uniform", Attitude),
@@ -170,6 +173,8 @@ class Reader:
         at = (*place, word)
         if word == "choice":
             return self.choice(given, at)
+        if word == "table":
+            return self.table(given, at)
         if word in LAWS:
             names, law = LAWS[word]
             values = self.numbers(given, names, at)
@@ -188,6 +193,27 @@ class Reader:
         values = self.numbers(given["values"], None, (*place, "values"))
         weights = self.numbers(given["weights"], None, (*place, "weights"))
         return self.checked("choice", lambda: Pick.of(values, weights), place) if values and weights else NOTHING
+
+    def table(self, given: Any, place: Place) -> Distribution:
+        """`{csv: file, column: name}`, whose file has been read; also with `interpolate: true`."""
+        keys = given.keys() if is_mapping(given) else set[str]()
+        if not {"csv", "column"} <= keys <= {"csv", "column", "interpolate"}:
+            return self.refuse(place, f"found {describe(given)}", "accepted: csv and column, also with interpolate: true")
+        file, name, smooth = given["csv"], given["column"], given.get("interpolate", False)
+        if not isinstance(smooth, bool):
+            return self.refuse((*place, "interpolate"), f"found {describe(smooth)}", "accepted: true or false")
+        if not isinstance(name, str):
+            return self.refuse((*place, "column"), f"found {describe(name)}", "accepted: the name of a column")
+        if not isinstance(file, CsvFile) or not file.readable:  # there is a finding about it already
+            return NOTHING
+        if name not in file.names:
+            found = f"{file.name} has no column {shorten(name)}"
+            return self.refuse((*place, "csv"), found, did_you_mean(name, file.names), at_key=True)
+        try:
+            values = file.column(name)
+        except ValueError as error:
+            return self.refuse((*place, "csv"), str(error), "accepted: a number in every row", at_key=True)
+        return self.checked("table", lambda: Empirical.of(values, smooth), place)
 
     def box(self, given: Any, place: Place) -> tuple[Distribution, ...]:
         """Independent uniform numbers on ± the half side of each axis."""

@@ -22,7 +22,8 @@ _TAB_INDENT = re.compile(r" *\t(?=\s*[^\s#])")
 
 @dataclass(frozen=True)
 class Source:
-    """name: of the file; text: as given; value: what it says; marks, key_marks: where each value and each key stands.
+    """name: of the file; text: as given; value: what it says; marks, key_marks: where each value and each key stands; inputs: the
+    bytes of the CSV files that it names, by their names in it.
 
     `value` is None and `findings` is not empty where the text could not be read at all.
     """
@@ -33,6 +34,7 @@ class Source:
     marks: dict[Place, str] = field(default_factory=dict[Place, str])
     key_marks: dict[Place, str] = field(default_factory=dict[Place, str])
     findings: tuple[Finding, ...] = ()
+    inputs: dict[str, bytes] = field(default_factory=dict[str, bytes], repr=False)
 
     def where(self, place: Place, key: bool = False) -> str:
         """`file:line:column` of a value, or of its key; of what should hold it where it is not in the file."""

@@ -10,6 +10,7 @@ from rvjax.spec.distributions.discrete import Fixed, Pick, Poisson
 from rvjax.spec.distributions.interface import Distribution, JointDistribution
 from rvjax.spec.distributions.joint import Attitude, Ball, Direction, VonMisesFisher
 from rvjax.spec.distributions.normal import HalfNormal, LogNormal, Normal, TruncatedNormal
+from rvjax.spec.distributions.table import Empirical
 from rvjax.spec.distributions.waiting import Exponential, Weibull
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "Beta",
     "Direction",
     "Distribution",
+    "Empirical",
     "Exponential",
     "Fixed",
     "HalfNormal",
