@@ -12,6 +12,7 @@ from typing import Any
 
 from rvjax.closed_loop import Loop
 from rvjax.columns import Column
+from rvjax.dispersions import Dispersions, resolve
 from rvjax.errors import CampaignError, Finding
 from rvjax.family import component, members
 from rvjax.faults.interface import FaultParameters
@@ -53,7 +54,7 @@ class Part:
 class Problem:
     """loop, metrics: what is compiled. controller, faults, disturbances, navigation: the numbers that their functions get.
 
-    fingerprint: SHA-256 of everything that decides the draws and the flights.
+    dispersions: how the numbers are drawn. fingerprint: SHA-256 of everything that decides the draws and the flights.
     """
 
     spec: Spec
@@ -63,6 +64,7 @@ class Problem:
     faults: tuple[Part, ...]
     disturbances: tuple[Part, ...]
     navigation: tuple[Part, ...]
+    dispersions: Dispersions
     fingerprint: str
 
     @property
@@ -93,12 +95,14 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
 def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metric, ...]) -> Problem:
     part: dict[Place, Part] = {}
     build: dict[Place, Any] = {}
+    drawn: dict[str, Quantity] = {}
     for choice in (spec.controller, *spec.faults, *spec.disturbances, *spec.navigation):
         own, found = parameters[choice.path], component(FAMILY_OF[str(choice.path[0])], choice.use)
         build[choice.path] = found.build(own)
         schedule = own.schedule if isinstance(own, FaultParameters) else None
         quantities = {name: quantity for name, quantity in own.quantities().items() if not name.startswith("schedule.")}
         part[choice.path] = Part(choice.prefix, quantities, found.noisy, schedule)
+        drawn |= own.quantities(choice.prefix)
     return Problem(
         spec=spec,
         loop=Loop(
@@ -114,6 +118,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         faults=tuple(part[choice.path] for choice in spec.faults),
         disturbances=tuple(part[choice.path] for choice in spec.disturbances),
         navigation=tuple(part[choice.path] for choice in spec.navigation),
+        dispersions=resolve(spec, spec.quantities() | drawn),
         fingerprint=spec.fingerprint(parameters),
     )
 

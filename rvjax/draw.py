@@ -20,8 +20,8 @@ from rvjax.closed_loop import Drawn
 from rvjax.columns import CHANNELS, Column
 from rvjax.dynamics import MU_EARTH
 from rvjax.metrics.interface import Rules
+from rvjax.samplers.interface import Points
 from rvjax.spec import Quantity
-from rvjax.spec.distributions import Direction
 from rvjax.spec.inertia import Inertia, MatrixInertia
 from rvjax.spec.schedule import Schedule
 from rvjax.state import Motion, Numbers, Plant, TargetMotion
@@ -37,36 +37,40 @@ FAR = 2.0**-40
 class Draws:
     """Draws quantities for some samples and keeps, by name, what was drawn. Fixed numbers are not kept.
 
-    moved: for some streams, by name, (samples,) whether a sample takes other numbers than its own from it; those of all other
-    streams stay. streams: the columns that each stream led to, in the order in which they were drawn.
+    points: what decides the draws of the samples; seed: of the noise in flight. moved: for some streams, by name, (samples,) whether
+    a sample takes other numbers than its own from it; those of all other streams stay. streams: the columns that each stream led to,
+    in the order in which they were drawn.
     """
 
-    seed: int
+    points: Points
     samples: NDArray[np.int64]
+    seed: int
     moved: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict[str, NDArray[np.bool_]])
     values: dict[str, Values] = field(default_factory=dict[str, Values])
     columns: dict[str, Column] = field(default_factory=dict[str, Column])
     streams: dict[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
 
-    def block(self, name: str, *columns: str) -> Values:
-        """(samples, 4) uniform numbers of the stream `name`, which leads to these columns."""
+    def block(self, name: str, count: int, *columns: str) -> Values:
+        """(samples, count) uniform numbers of the stream `name`, which leads to these columns."""
+        return self._moved(name, self.points.uniforms(name, count), columns)
+
+    def _moved(self, name: str, own: Values, columns: tuple[str, ...]) -> Values:
         self.streams[name] = columns
-        own = uniforms(self.seed, name, self.samples)
         if name not in self.moved:
             return own
         return np.where(self.moved[name][:, None], np.where(own < 0.5, 1.0 - FAR, FAR), own)
 
     def parts(self, name: str, quantity: Quantity) -> tuple[Values, ...]:
         """The components of a quantity, each of shape (samples,), in SI."""
-        names = [f"{name}.{component}" for component in quantity.components] or [name]
+        names = quantity.names(name)
         if quantity.joint is not None:
-            block = quantity.joint.ppf(self.block(name, *names)[:, : quantity.joint.uniforms])
+            block = quantity.joint.ppf(self.block(name, quantity.joint.uniforms, *names))
             drawn = tuple(np.asarray(block)[:, index] for index in range(len(names)))
             varies = [True] * len(names)
         else:
             varies = [part.uniforms > 0 for part in quantity.parts]
             drawn = tuple(
-                part.ppf(self.block(own, own)[:, 0]) if random else self.same(part.low)
+                part.ppf(self.block(own, 1, own)[:, 0]) if random else self.same(part.low)
                 for own, part, random in zip(names, quantity.parts, varies, strict=True)
             )
         for own, random, values in zip(names, varies, drawn, strict=True):
@@ -96,11 +100,11 @@ class Draws:
 
     def uniform(self, name: str) -> Values:
         """(samples,) uniform numbers of the stream `name`."""
-        return self.block(name)[:, 0]
+        return self.block(name, 1)[:, 0]
 
     def key(self, name: str) -> tuple[Values, ...]:
         """A random key for every sample: four whole numbers of 16 bits, which float32 holds exactly as well."""
-        return tuple(np.floor(self.block(name) * 65536.0).T)
+        return tuple(np.floor(self._moved(name, uniforms(self.seed, name, self.samples), ()) * 65536.0).T)
 
     def scheduled(self, part: Part, schedule: Schedule, onset: Channels) -> Channels:
         """The onsets of those channels that fail in each sample, +∞ for the others; what flies is what is kept."""
@@ -129,7 +133,7 @@ class Draws:
         cls, problem: Problem, samples: NDArray[np.int64], moved: Mapping[str, NDArray[np.bool_]] | None = None
     ) -> tuple[Self, Drawn]:
         """Everything about the given samples: the draws by name, and what flies."""
-        draws = cls(problem.spec.seed, samples, moved or {})
+        draws = cls(problem.dispersions.at(samples), samples, problem.spec.seed, moved or {})
         return draws, _drawn(problem, draws)
 
 
@@ -177,11 +181,10 @@ def _inertia(name: str, inertia: Inertia, draws: Draws) -> Symmetric:
         moments = draws.parts(f"{name}.moments", inertia.moments)
         return Symmetric(*moments, *draws.parts(f"{name}.products", inertia.products))
     moments = draws.parts(f"{name}.principal", inertia.principal)
-    if inertia.tilt_rad.is_fixed and not inertia.tilt_rad.parts[0].high:
+    if inertia.axis is None:
         return Symmetric(*moments, *(draws.same(0.0),) * 3)
     tilt = draws.take(f"{name}.tilt_rad", inertia.tilt_rad)
-    direction = Quantity("vector", (), Direction(1.0), "1", "axis of the tilt of the principal axes")
-    turn = rotation(draws.take(f"{name}.axis", direction) * np.tan(0.25 * tilt))
+    turn = rotation(draws.take(f"{name}.axis", inertia.axis) * np.tan(0.25 * tilt))
     rows = [turn.a, turn.b, turn.c]
 
     def entry(i: int, j: int) -> Values:

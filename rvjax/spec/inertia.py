@@ -12,6 +12,7 @@ corners of the box of their supports are.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from itertools import product
 from typing import Annotated, Any
 
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, ValidationInfo, field_validator
 
+from rvjax.spec.distributions import Direction
 from rvjax.spec.fields import Model, scalar, vector
 from rvjax.spec.problem import Problem, refuse
 from rvjax.spec.quantity import Quantity
@@ -35,6 +37,17 @@ class PrincipalInertia(Model):
     tilt_rad: Quantity = scalar(
         "rad", key="tilt_deg", default=0.0, at_least=0.0, doc="angle between the principal axes and the body axes"
     )
+
+    @property
+    def axis(self) -> Quantity | None:
+        """Of the tilt; None where there is no tilt."""
+        tilted = not self.tilt_rad.is_fixed or self.tilt_rad.parts[0].high
+        return Quantity("vector", (), Direction(1.0), "1", "axis of the tilt of the principal axes") if tilted else None
+
+    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
+        yield from super()._quantities(prefix)
+        if self.axis is not None:
+            yield f"{prefix}axis", self.axis
 
     @field_validator("principal")
     @classmethod

@@ -13,6 +13,7 @@ from pydantic import PrivateAttr, ValidationInfo, field_validator
 
 from rvjax.errors import CampaignError, Finding
 from rvjax.spec.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
+from rvjax.spec.correlate import Correlation
 from rvjax.spec.csvfile import attach
 from rvjax.spec.fields import Model, channels, count, number, option, part, scalar, validate, vector
 from rvjax.spec.inertia import Inertia
@@ -184,6 +185,7 @@ class Spec(Model):
     baselines: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
         default=[], doc="controllers that fly the same draws, to compare with"
     )
+    correlate: tuple[Correlation, ...] = part(default=[], doc="draws that are not independent")
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
     require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
@@ -237,9 +239,10 @@ class Spec(Model):
         parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
         """
         known = {choice.path: (parameters or {}).get(choice.path, choice.parameters) for choice in self.components}
-        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit"}
+        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate"}
         parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
         parts["parameters"] = {".".join(map(str, path)): value for path, value in known.items()}
+        parts["correlate"] = sorted(group.ordered for group in self.correlate)
         text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 

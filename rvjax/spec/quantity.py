@@ -36,6 +36,10 @@ class Quantity:
         """() for a scalar; x, y, z; fx, fy, fz, tx, ty, tz."""
         return COMPONENTS[self.shape]
 
+    def names(self, name: str) -> tuple[str, ...]:
+        """Names of the components of a quantity called so: `start.rho_m.x`; its own name, of a scalar."""
+        return tuple(f"{name}.{component}" for component in self.components) or (name,)
+
     @property
     def is_fixed(self) -> bool:
         """Whether nothing of it is drawn."""

@@ -62,6 +62,7 @@ def test_quantities_have_the_names_of_the_draws(good: Path) -> None:
     assert drawn == {
         "pursuer.mass_kg",
         "pursuer.inertia_kgm2.tilt_rad",
+        "pursuer.inertia_kgm2.axis",
         "start.rho_m",
         "start.sigma",
         "start.nu_m_s",
