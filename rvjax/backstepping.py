@@ -21,6 +21,32 @@ from rvjax.spec.problem import Problem, refuse
 from rvjax.state import Numbers, Seen
 
 
+class TrackingGains(Model):
+    """Gains of the virtual velocity and of the feedback of z₂."""
+
+    k1: Quantity = scalar("1/s", default=0.06, above=0.0, doc="position gain k₁, 1/s")
+    v_max_m_s: Quantity = scalar("m/s", default=0.6, above=0.0, doc="largest virtual approach speed (shaped law)")
+    k_sigma: Quantity = scalar("rad/s", default=0.25, above=0.0, doc="attitude gain k_σ, rad/s per unit of MRP")
+    k2_force: Quantity = scalar("N·s/m", default=40.0, above=0.0, doc="velocity gain K₂ of the force channels, N·s/m")
+    k2_torque: Quantity = scalar("N·m·s", default=15.0, above=0.0, doc="rate gain K₂ of the torque channels, N·m·s")
+
+
+class NominalGains(Model):
+    """What a controller takes the plant for."""
+
+    mass_guess_kg: Quantity = scalar("kg", default=100.0, above=0.0, doc="nominal mass m₀")
+    inertia_guess_kgm2: Quantity = scalar("kg·m²", default=21.7, above=0.0, doc="nominal inertia J₀ = this · I")
+
+
+class RobustGains(Model):
+    """Of the adaptive bound D̂ of everything unknown: D̂ ∘ z/√(z² + ε²)."""
+
+    gamma_bound: Quantity = scalar("1", default=6.0, at_least=0.0, doc="rate γ_D of the disturbance bounds D̂")
+    bound_share: Quantity = scalar("1", default=0.5, at_least=0.0, doc="ceiling of D̂ as a share of the mean limit")
+    epsilon_force: Quantity = scalar("m/s", default=1e-4, above=0.0, doc="width ε of the force channels, m/s")
+    epsilon_torque: Quantity = scalar("rad/s", default=2e-5, above=0.0, doc="width ε of the torque channels, rad/s")
+
+
 class AdaptationGains(Model):
     """Where the estimates m̂ and Ĵ start, how fast they move, and between which bounds."""
 
@@ -110,6 +136,32 @@ def adaptation(now: Tracking, z: Channels, mass: Scalar, inertia: Symmetric, gai
         project(mass, gains.gamma_mass * mass_rate, gains.mass_min_kg, gains.mass_max_kg),
         each(project, inertia, inertia_rate * gains.gamma_inertia, low, high),
     )
+
+
+def feedback(z: Channels, gains: Numbers) -> Channels:
+    """K₂ z [N, N·m]. Gains used: k2_force, k2_torque."""
+    return Channels.pair(gains.k2_force, gains.k2_torque) * z
+
+
+def robust(z: Channels, bound: Channels, width: Channels) -> Channels:
+    """D̂ ∘ z/√(z² + ε²) [N, N·m]; width: ε."""
+    return bound * z / reach(z, width)
+
+
+def reach(z: Channels, width: Channels) -> Channels:
+    """√(z² + ε²)."""
+    return each(lambda a, e: jnp.sqrt(a * a + e * e), z, width)
+
+
+def bound_rate(z: Channels, bound: Channels, width: Channels, limit: Channels, gains: Numbers) -> Channels:
+    """The rate of D̂: γ_D z²/√(z² + ε²), projected into [0, share · limit]. Gains used: gamma_bound, bound_share."""
+    growth = z * z / reach(z, width) * gains.gamma_bound
+    return each(project, bound, growth, 0.0, limit * gains.bound_share)
+
+
+def mean_limit(seen: Seen) -> Channels:
+    """u = (u⁺ + u⁻)/2 of the nominal limits [N, N·m]."""
+    return (seen.upper + seen.lower) * 0.5
 
 
 def drift(mass: Scalar, inertia: Symmetric, gains: Numbers) -> Scalar:

@@ -37,9 +37,9 @@ FAR = 2.0**-40
 class Draws:
     """Draws quantities for some samples and keeps, by name, what was drawn. Fixed numbers are not kept.
 
-    points: what decides the draws of the samples; seed: of the noise in flight. moved: for some streams, by name, (samples,) whether
-    a sample takes other numbers than its own from it; those of all other streams stay. streams: the columns that each stream led to,
-    in the order in which they were drawn.
+    points: what decides the draws of the samples; seed: of the noise in flight. moved: for some streams, by name, (samples,)
+    whether a sample takes other numbers than its own from it; those of all other streams stay. streams: the columns that each
+    stream led to, in the order in which they were drawn.
     """
 
     points: Points

@@ -24,7 +24,19 @@ import jax
 import jax.numpy as jnp
 
 from rvjax.algebra import Channels, Scalar, Symmetric, each, split
-from rvjax.backstepping import AdaptationGains, adaptation, drift, model, project, tracking
+from rvjax.backstepping import (
+    AdaptationGains,
+    RobustGains,
+    TrackingGains,
+    adaptation,
+    bound_rate,
+    drift,
+    feedback,
+    mean_limit,
+    model,
+    robust,
+    tracking,
+)
 from rvjax.columns import Column
 from rvjax.controllers.interface import WRENCH, Law, Response, Saturate
 from rvjax.differentiator import DIFFERENTIATORS
@@ -34,21 +46,12 @@ from rvjax.spec import Model, Quantity, flag, option, part, scalar
 from rvjax.state import Numbers, Report, Seen
 
 
-class Gains(AdaptationGains):
+class Gains(RobustGains, TrackingGains, AdaptationGains):
     """Numbers of the law. Rates of adaptation in the units that the equations give them."""
 
-    k1: Quantity = scalar("1/s", default=0.06, above=0.0, doc="position gain k₁, 1/s")
-    v_max_m_s: Quantity = scalar("m/s", default=0.6, above=0.0, doc="largest virtual approach speed (shaped law)")
-    k_sigma: Quantity = scalar("rad/s", default=0.25, above=0.0, doc="attitude gain k_σ, rad/s per unit of MRP")
-    k2_force: Quantity = scalar("N·s/m", default=40.0, above=0.0, doc="velocity gain K₂ of the force channels, N·s/m")
-    k2_torque: Quantity = scalar("N·m·s", default=15.0, above=0.0, doc="rate gain K₂ of the torque channels, N·m·s")
     k3: Quantity = scalar("1/s", default=2.0, above=0.0, doc="wrench gain K₃, 1/s")
     kappa: Quantity = scalar("1/s", default=0.5, above=0.0, doc="leak κ of the augmented state, 1/s")
     gamma_chi: Quantity = scalar("1", default=0.02, at_least=0.0, doc="rate γ_χ of the Nussbaum arguments")
-    gamma_bound: Quantity = scalar("1", default=6.0, at_least=0.0, doc="rate γ_D of the disturbance bounds D̂")
-    bound_share: Quantity = scalar("1", default=0.5, at_least=0.0, doc="ceiling of D̂ as a share of the mean limit")
-    epsilon_force: Quantity = scalar("m/s", default=1e-4, above=0.0, doc="width ε of the force channels, m/s")
-    epsilon_torque: Quantity = scalar("rad/s", default=2e-5, above=0.0, doc="width ε of the torque channels, rad/s")
     epsilon_decay: Quantity = scalar("1/s", default=0.01, above=0.0, doc="decay a of ε(t) = ε e^{−at} where it decays")
     levant_share: Quantity = scalar("1/s²", default=0.2, above=0.0, doc="Levant's L as a share of the mean limit, 1/s²")
     filter_rad_s: Quantity = scalar("rad/s", default=5.0, above=0.0, doc="bandwidth of the filtered derivative")
@@ -92,9 +95,7 @@ def virtual_wrench(options: Parameters, seen: Seen, state: Control, gains: Numbe
     now = tracking(options.shaped, seen, gains)
     fade = jnp.exp(-gains.epsilon_decay * seen.t) if options.epsilon == "decaying" else 1.0
     width = Channels.pair(gains.epsilon_force, gains.epsilon_torque) * fade
-    reach = each(lambda z, e: jnp.sqrt(z * z + e * e), now.z2, width)
-    feedback = Channels.pair(gains.k2_force, gains.k2_torque) * now.z2 + state.bound * now.z2 / reach
-    raw = -(model(now, state.mass, state.inertia) + feedback)
+    raw = -(model(now, state.mass, state.inertia) + (feedback(now.z2, gains) + robust(now.z2, state.bound, width)))
     alpha2, free = raw, now.z2
     if options.shaped:
         alpha2 = each(jnp.clip, raw, seen.lower * -gains.clip_share, seen.upper * gains.clip_share)
@@ -105,8 +106,7 @@ def virtual_wrench(options: Parameters, seen: Seen, state: Control, gains: Numbe
         mass_rate, inertia_rate = adaptation(now, free, state.mass, state.inertia, gains)
         rates = rates._replace(mass=mass_rate, inertia=inertia_rate)
     if options.adapt_bound:
-        growth = free * free / reach * gains.gamma_bound
-        rates = rates._replace(bound=each(project, state.bound, growth, 0.0, mean_limit(seen) * gains.bound_share))
+        rates = rates._replace(bound=bound_rate(free, state.bound, width, mean_limit(seen), gains))
     return alpha2, rates
 
 
@@ -125,11 +125,6 @@ def respond(options: Parameters, seen: Seen, state: Control, saturate: Saturate,
         rate = rate._replace(chi=z3 / limit * (wanted / limit) * gains.gamma_chi)
     signals = {"alpha2": alpha2, "bound": state.bound, "mass_kg": state.mass, "inertia_kgm2": state.inertia}
     return Response(state.v, rate, Report(state.chi, drift(state.mass, state.inertia, gains), signals))
-
-
-def mean_limit(seen: Seen) -> Channels:
-    """u = (u⁺ + u⁻)/2 of the nominal limits."""
-    return (seen.upper + seen.lower) * 0.5
 
 
 SIGNALS = {

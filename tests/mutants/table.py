@@ -192,7 +192,7 @@ MUTANTS = (
         GRADIENT,
     ),
     Mutant(
-        "sign of D̂ in α₂", ADAPTIVE, "now.z2 + state.bound * now.z2 / reach", "now.z2 - state.bound * now.z2 / reach", GRADIENT
+        "sign of D̂ in α₂", "backstepping.py", "return bound * z / reach", "return -bound * z / reach", GRADIENT
     ),
     Mutant(
         "sign of Ω×JΩ in Yθ",
