@@ -232,13 +232,7 @@ MUTANTS = (
     ),
     # noise
     Mutant("ln u without its factor", "noise.py", "np.float32(-2.0)", "np.float32(-1.0)", NORMAL),
-    Mutant(
-        "16 bits for 32",
-        "noise.py",
-        "pair(*threefry(words, (step, jnp.uint32(j))))",
-        "pair(*(w << 16 for w in threefry(words, (step, jnp.uint32(j)))))",
-        NORMAL,
-    ),
+    Mutant("half a turn", "noise.py", "np.float32(2.0 * math.pi * 2.0**-32)", "np.float32(math.pi * 2.0**-32)", NORMAL),
     Mutant("one word for two numbers", "noise.py", "second.astype", "first.astype", APART),
     Mutant("the component is not counted", "noise.py", "(step, jnp.uint32(j))", "(step, jnp.uint32(0))", APART),
     Mutant("the step is not counted", "noise.py", "(step, jnp.uint32(j))", "(step * 0, jnp.uint32(j))", APART),

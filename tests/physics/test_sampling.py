@@ -95,8 +95,8 @@ def test_a_period_of_one_step_is_not_continuous_control() -> None:
 
 
 def test_where_a_flight_is_interrupted_changes_nothing_of_what_is_held() -> None:
-    """PD+ every three steps behind noise, drift and delay, pushed by noise and a table: in one go and every 7 steps the
-    same state and the same memories, bit for bit.
+    """PD+ every three steps behind noise, drift and delay, pushed by noise and a table: in one go and every 7 steps the same
+    state and the same memories, bit for bit.
 
     Kills: noise that depends on where a stretch begins, an instant that is counted from the interruption.
     """
