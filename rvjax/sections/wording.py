@@ -10,6 +10,9 @@ from rvjax.sections.page import Number
 from rvjax.stats import Estimate
 
 INFINITY = "∞"
+LARGEST = 1e9
+"""From here on a number with an interval is written with a power of ten, as the torque that a runaway asks for."""
+
 SPACE = "\u00a0"  # between a number and its unit, never broken
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
@@ -86,8 +89,9 @@ def shown(item: Number) -> tuple[str, str]:
     scale, symbol = (0.01, "%") if item.percent else prefixed(reference, item.unit)
     value, low, high = (x / scale for x in (estimate.value, estimate.low, estimate.high))
     ends = [x for x in (value, low, high) if math.isfinite(x)]
-    if ends and 0.0 < max(map(abs, ends)) < 1e-3:
-        exponent = math.floor(math.log10(max(map(abs, ends))))
+    largest = max(map(abs, ends), default=0.0)
+    if largest > 0.0 and not 1e-3 <= largest < LARGEST:
+        exponent = math.floor(math.log10(largest))
         value, low, high = (_scaled(x, exponent) for x in (value, low, high))
         symbol = f"×{power_of_ten(exponent)} {symbol}".strip()
     decimals = _decimals(value, low, high)
