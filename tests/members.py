@@ -13,6 +13,7 @@ from rvjax.campaign import Part
 from rvjax.draw import Draws
 from rvjax.dynamics import Relative, relative, target_alpha
 from rvjax.family import component
+from rvjax.samplers.monte_carlo import MonteCarlo
 from rvjax.state import Motion, Numbers, Plant, State, TargetMotion
 from tests import flights
 
@@ -47,7 +48,7 @@ def built(family: str, use: str, samples: int | Sequence[int] = 4, seed: int = 1
     parameters = member.parameters.model_validate(said or dict(OWN[family][use]))
     chosen = np.arange(samples) if isinstance(samples, int) else np.asarray(samples)
     part = Part(f"{family}.{use}", parameters.quantities(), member.noisy)
-    return member.build(parameters), Draws(seed, chosen).numbers(part)
+    return member.build(parameters), Draws(MonteCarlo(seed).at(chosen), chosen, seed).numbers(part)
 
 
 def scene() -> tuple[Motion, TargetMotion, Plant]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from rvjax.algebra import Channels, Scalar
 from rvjax.dynamics import Relative
+from rvjax.spec import Quantity
+from rvjax.spec.distributions import Fixed
 from rvjax.state import Numbers, Plant, State, Tick
 
 
@@ -20,3 +23,13 @@ class Disturbance(NamedTuple):
     push: Callable[[Scalar, State, Relative, Plant, Any, Numbers], Channels]
     start: Callable[[Numbers], Any] = lambda numbers: ()
     keep: Callable[[Tick, State, Any, Numbers], Any] = lambda tick, y, memory, numbers: memory
+
+
+def loud(quantities: Iterable[tuple[str, Quantity]], force: Quantity, torque: Quantity) -> Iterator[tuple[str, Quantity]]:
+    """The quantities of a member; a channel whose size is fixed at 0 has no rate, phase or time constant to draw."""
+    heard = [part != Fixed(0.0) for size in (force, torque) for part in size.parts or (None,) * 3]
+    for name, quantity in quantities:
+        if quantity.shape == "channels":
+            parts = zip(quantity.parts, heard, strict=True)
+            quantity = replace(quantity, parts=tuple(part if on else Fixed(1.0) for part, on in parts))
+        yield name, quantity

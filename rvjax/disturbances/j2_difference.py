@@ -43,7 +43,7 @@ class Parameters(Model):
     latitude_rad: Quantity = scalar(
         "rad",
         key="latitude_deg",
-        default={"uniform": [0.0, 360.0]},
+        default=0.0,
         doc="argument of latitude u at t = 0, from the ascending node to the target",
     )
 

@@ -9,10 +9,12 @@ Ornstein-Uhlenbeck process and its integral", Physical Review E, 1996).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import jax.numpy as jnp
 
 from rvjax.algebra import Channels, Scalar, each
-from rvjax.disturbances.interface import Disturbance
+from rvjax.disturbances.interface import Disturbance, loud
 from rvjax.dynamics import Relative
 from rvjax.family import Component
 from rvjax.noise import normals
@@ -26,6 +28,9 @@ class Parameters(Model):
     force_N: Quantity = vector("N", default=0.0, at_least=0.0, doc="standard deviation s of the force channels")
     torque_Nm: Quantity = vector("N·m", default=0.0, at_least=0.0, doc="standard deviation s of the torque channels")
     time_constant_s: Quantity = channels("s", above=0.0, doc="time constant τ, after which e^{−1} of the correlation is left")
+
+    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
+        return loud(super()._quantities(prefix), self.force_N, self.torque_Nm)
 
 
 def start(numbers: Numbers) -> Channels:

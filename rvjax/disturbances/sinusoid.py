@@ -6,15 +6,13 @@ dᵢ(t) = aᵢ sin(wᵢ t + φᵢ),   fixed in P
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from rvjax.algebra import Channels, Scalar, each
-from rvjax.disturbances.interface import Disturbance
+from rvjax.disturbances.interface import Disturbance, loud
 from rvjax.dynamics import Relative
 from rvjax.elementary import sin
 from rvjax.family import Component
 from rvjax.spec import Model, Quantity, channels, vector
-from rvjax.spec.distributions import Fixed
 from rvjax.state import Numbers, Plant, State
 
 
@@ -27,13 +25,7 @@ class Parameters(Model):
     phase_rad: Quantity = channels("rad", key="phase_deg", default={"uniform": [0.0, 360.0]}, doc="phase φ at t = 0")
 
     def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
-        """A channel without an amplitude has no rate and no phase to draw."""
-        loud = [part != Fixed(0.0) for size in (self.force_N, self.torque_Nm) for part in size.parts or (None,) * 3]
-        for name, quantity in super()._quantities(prefix):
-            if quantity.shape == "channels":
-                parts = zip(quantity.parts, loud, strict=True)
-                quantity = replace(quantity, parts=tuple(part if on else Fixed(0.0) for part, on in parts))
-            yield name, quantity
+        return loud(super()._quantities(prefix), self.force_N, self.torque_Nm)
 
 
 def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], numbers: Numbers) -> Channels:

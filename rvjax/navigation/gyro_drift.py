@@ -26,7 +26,6 @@ class Parameters(Model):
     walk_rad_s: Quantity = vector(
         "rad/s",
         key="walk_deg_s",
-        default=0.0,
         at_least=0.0,
         doc="standard deviation q of what a second adds to the bias; in 100 s it is ten times that",
     )

@@ -256,10 +256,13 @@ def number(unit: str, **declaration: Unpack[Declaration]) -> Any:
     return _field(DeclaredNumber, unit, declaration)
 
 
-def series(*columns: str, optional: tuple[str, ...] = (), others: bool = False, doc: str) -> Any:
-    """The columns of the CSV file that the key `csv` names. optional: may be missing; others: any further ones may be there."""
-    info = cast(FieldInfo, Field(alias="csv", description=doc))
-    info.metadata.append(DeclaredSeries(columns, optional, others))
+def series(
+    *columns: str, optional: tuple[str, ...] = (), others: bool = False, default: Any = PydanticUndefined, doc: str
+) -> Any:
+    """The columns of the CSV file that the key `csv` names; with `default=None` it may be left out. optional: may be missing;
+    others: any further ones may be there."""
+    info = cast(FieldInfo, Field(default=default, alias="csv", description=doc))
+    info.metadata.append(DeclaredSeries(columns, optional, others, default is None))
     return info
 
 

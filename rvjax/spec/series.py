@@ -34,14 +34,18 @@ class Series:
 
 @dataclass(frozen=True)
 class DeclaredSeries:
-    """columns: that there must be; optional: that there may be; others: whether there may be any beside these."""
+    """columns: that there must be; optional: that there may be; others: whether there may be any beside these;
+    absent: whether the file may be left out."""
 
     columns: tuple[str, ...]
     optional: tuple[str, ...]
     others: bool
+    absent: bool = False
 
-    def read(self, raw: Any) -> Series:
-        """The columns in the order of the file, or every problem at once."""
+    def read(self, raw: Any) -> Series | None:
+        """The columns in the order of the file, or every problem at once; None only where the file may be left out."""
+        if raw is None and self.absent:
+            return None
         if not isinstance(raw, CsvFile):
             refuse(Problem(f"found {describe(raw)}", "accepted: the name of a CSV file"))
         if not raw.readable:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -13,11 +14,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rvjax.algebra import Vector
+from rvjax.campaign import load
 from rvjax.disturbances import j2_difference
 from rvjax.dynamics import MU_EARTH
+from rvjax.errors import CampaignError
 from rvjax.state import Motion, State, TargetMotion, Tick
 from tests import flights
 from tests.members import ROWS, array, built, known, scene
+from tests.short import CAMPAIGN
 
 Array = NDArray[np.float64]
 
@@ -256,10 +260,29 @@ def test_a_table_is_interpolated(h: float) -> None:
         np.testing.assert_allclose(middle[sample], 0.5 * (expected[:-1] + expected[1:]), atol=1e-13)
 
 
-def test_the_longest_table_is_looked_up_in_every_row() -> None:
-    """2,000 rows, one sample each. Kills: an off-by-one of the search at either end."""
+def test_a_long_table_is_looked_up_in_every_row() -> None:
+    """2,000 rows, two samples each. Kills: an off-by-one of the search at either end."""
     rows = [[float(t), float(np.sin(t)), 0, 0, 0, 0, 0] for t in np.cumsum(np.random.default_rng(1).uniform(0.1, 2.0, 2000))]
     functions, numbers = built("disturbances", "table", 4000, rows=rows, shift_s={"uniform": [-2100, 10]})
     found = jax.jit(jax.vmap(functions.start))(numbers).last.force.x
     table = np.array(rows)
     np.testing.assert_allclose(found, np.interp(-np.asarray(numbers.shift_s), table[:, 0], table[:, 1]), atol=1e-12)
+
+
+def test_a_table_comes_from_a_file_as_well(tmp_path: Path) -> None:
+    """The same table, columns in any order, those that are not there 0; a table that falls back in time, both ways at once and
+    neither are refused. Kills: columns by place for columns by name."""
+    (tmp_path / "push.csv").write_text("tz_Nm,t_s,fy_N\n0.1,0,1\n0.2,2,-1\n0,5,0\n")
+    (tmp_path / "back.csv").write_text("t_s,fx_N\n0,1\n0,2\n")
+    text = CAMPAIGN.read_text().partition("disturbances:")[0] + "controller: {use: pd-plus}\n"
+
+    def table(said: str) -> Array:
+        (tmp_path / "campaign.yaml").write_text(text + f"disturbances: [{{use: table, {said}}}]\n")
+        (start,) = (one.start for one in load(tmp_path / "campaign.yaml").loop.disturbances)
+        return start.args[0]
+
+    rows = "[[0, 0, 1, 0, 0, 0, 0.1], [2, 0, -1, 0, 0, 0, 0.2], [5, 0, 0, 0, 0, 0, 0]]"
+    np.testing.assert_array_equal(table("csv: push.csv"), table(f"rows: {rows}"))
+    for said, words in (("csv: back.csv", "row 2"), (f"csv: push.csv, rows: {rows}", "both"), ("scale: 2", "neither")):
+        with pytest.raises(CampaignError, match=words):
+            table(said)

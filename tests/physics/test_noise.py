@@ -19,6 +19,7 @@ from scipy import stats
 from rvjax.disturbances.ornstein_uhlenbeck import keep, start
 from rvjax.draw import Draws
 from rvjax.noise import normals, threefry
+from rvjax.samplers.monte_carlo import MonteCarlo
 from rvjax.state import Numbers, Tick
 from tests.members import array, built
 
@@ -30,7 +31,8 @@ FALSE_ALARM = 1e-6
 
 def key(samples: Any, name: str = "noise") -> tuple[Array, ...]:
     """The keys of samples."""
-    return Draws(7, np.asarray(samples)).key(name)
+    chosen = np.asarray(samples)
+    return Draws(MonteCarlo(7).at(chosen), chosen, 7).key(name)
 
 
 def drawn(own: tuple[Array, ...], steps: Any, count: int) -> Array:
