@@ -145,12 +145,12 @@ MUTANTS = (
     # actuators
     Mutant(
         "fault before its onset",
-        "faults/effectiveness.py",
-        "jnp.where(t >= start, e * h, h)",
-        "jnp.where(t < start, e * h, h)",
+        "faults/interface.py",
+        "lambda onset: t >= onset",
+        "lambda onset: t < onset",
         ONSET,
     ),
-    Mutant("sign of the bias", "faults/bias.py", "h + share * upper", "h - share * upper", ONSET),
+    Mutant("sign of the bias", "faults/bias.py", "u + numbers.share * upper", "u - numbers.share * upper", ONSET),
     Mutant(
         "lost phase of the disturbance",
         "disturbances/sinusoid.py",
