@@ -1,8 +1,8 @@
 """What a component costs: `python -m benchmarks.components [--rounds N]`.
 
-The step of `campaigns/docking-faulted.yaml` with one component more, and without it, on one core: chunks of 416 lanes fly 100 steps
-in turn in one process. A row's cost is the best time of all rounds over that of the campaign as it is; the quartiles of the ratios
-within a round say how quiet the machine was. What came out: docs/performance.md.
+The step of `campaigns/docking-faulted.yaml` with one component more, and without it, on one core: chunks of 416 lanes fly 100
+steps in turn in one process. A row's cost is the best time of all rounds over that of the campaign as it is; the quartiles of the
+ratios within a round say how quiet the machine was. What came out: docs/performance.md.
 """
 
 from __future__ import annotations
