@@ -30,9 +30,15 @@ PUSH = Channels.of((0.05, -0.08, 0.06, 0.01, -0.02, 0.015))
 """A constant unknown wrench [N, N·m]."""
 
 
+SOFT = {"k1": 0.06, "k_sigma": 0.25, "k2_force": 40.0, "k2_torque": 15.0, "c_force": 7.0, "c_torque": 3.0}
+"""Gains with which what the tests call near is far from every limit, whatever the defaults are."""
+
+
 def scene(name: str, known: bool = True, **gains: float) -> Any:
-    """One sample with a controller's default gains. known: the plant is the nominal one of the gains, without a spread of limits."""
-    one = flights.lane(flights.draw(flights.gains(name) | gains, 300.0, 0.05), 0)
+    """One sample. known: the plant is the nominal one of the gains, its limits the nominal ones. gains: others than `SOFT`."""
+    defaults = flights.gains(name)
+    soft = {gain: value for gain, value in SOFT.items() if gain in defaults and name != "pd-plus"}
+    one = flights.lane(flights.draw(defaults | soft | gains, 300.0, 0.05), 0)
     if known:
         mass, inertia = backstepping.nominal(one.gains)
         inverse = Symmetric.of(1.0 / one.gains.inertia_guess_kgm2, 0.0)
@@ -109,6 +115,11 @@ def doubt(one: Any, control: Any) -> Any:
     return 0.5 * (control.mass - one.plant.mass) ** 2 / one.gains.gamma_mass + 0.5 * squares / one.gains.gamma_inertia
 
 
+def first(one: Any) -> Channels:
+    """C."""
+    return Channels.pair(one.gains.c_force, one.gains.c_torque)
+
+
 def damped(z: Channels, gains: Any) -> Any:
     """zᵀK₂z."""
     return product(z, Channels.pair(gains.k2_force, gains.k2_torque) * z)
@@ -151,6 +162,7 @@ def test_the_sliding_variable_falls_to_its_boundary_layer(share: float) -> None:
     Kills: a sign of the switching term, φ that multiplies, an unbounded term, a missing feed-forward.
     """
     one = scene("sliding-mode")
+    one = one._replace(plant=one.plant._replace(upper=one.plant.upper * 1e3, lower=one.plant.lower * 1e3))
     law = sliding_mode.build(sliding_mode.Parameters())
     width = Channels.pair(one.gains.phi_force, one.gains.phi_torque)
     inertia = Channels.pair(one.plant.mass, one.gains.inertia_guess_kgm2)
@@ -165,7 +177,6 @@ def test_the_sliding_variable_falls_to_its_boundary_layer(share: float) -> None:
 
     placed = at(width * share)
     rate, response = rates(placed, (), law, PUSH, "hard-clip")
-    assert np.all(np.abs(response.command.parts()) < np.array(placed.plant.lower.parts())), "the law itself, not the clip"
     np.testing.assert_allclose(response.report.signals["depth"].parts(), [share] * 6, rtol=1e-9)
     found = slope(sliding, placed, (), rate) * inertia
     np.testing.assert_allclose(found.parts(), (PUSH - force * float(np.clip(share, -1, 1))).parts(), rtol=1e-9, atol=1e-12)
@@ -179,7 +190,7 @@ def test_nominal_backstepping_falls_as_its_proof_says() -> None:
 
     Kills: a sign or a missing term of the law, of Yᵀ, of the adaptation, of the first error's term.
     """
-    one = near(scene("nominal-backstepping", known=False, c_force=7.0, c_torque=3.0))
+    one = near(scene("nominal-backstepping", known=False))
     law = nominal_backstepping.build(nominal_backstepping.Parameters())
     control = nominal_backstepping.Control(jnp.asarray(88.0), jax.tree.map(jnp.asarray, WRONG))
 
@@ -188,7 +199,7 @@ def test_nominal_backstepping_falls_as_its_proof_says() -> None:
         return potential(sample) + kinetic(sample, z2) + doubt(sample, own)
 
     now = backstepping.tracking(True, look(one), one.gains)
-    squared = product(now.alpha1, Channels.pair(7.0, 3.0) * now.alpha1)
+    squared = product(now.alpha1, first(one) * now.alpha1)
     rate, _ = rates(one, control, law)
     assert float(slope(energy, one, control, rate)) == pytest.approx(-float(squared + damped(now.z2, one.gains)), rel=1e-9)
 
@@ -212,7 +223,7 @@ def test_anti_windup_takes_the_saturation_out_of_the_error() -> None:
 
     Kills: ζ with the other sign, an auxiliary system that is not fed back, no leak in the law, adaptation by z₂.
     """
-    one = far(scene("anti-windup", c_force=7.0, c_torque=3.0))
+    one = far(scene("anti-windup"))
     law = anti_windup.build(anti_windup.Parameters())
     zeta = Channels.of((3.0, -2.0, 1.5, 0.2, -0.1, 0.3))
     control = jax.tree.map(jnp.asarray, anti_windup.Control(jnp.asarray(88.0), WRONG, zeta))
@@ -227,9 +238,9 @@ def test_anti_windup_takes_the_saturation_out_of_the_error() -> None:
     rate, response = rates(one, control, law, saturation="smooth-tanh")
     lost = actuators(one, "smooth-tanh")(response.command)[0] - response.command
     assert max(abs(float(x)) for x in lost.parts()) > 1.0
-    alpha1 = Channels.pair(7.0, 3.0) * backstepping.tracking(True, look(one), one.gains).alpha1
-    own = alpha1 / Channels.pair(7.0, 3.0)
-    expected = -(product(own, alpha1) + damped(error(one, control), one.gains) + product(alpha1, control.zeta / inertia))
+    alpha1 = backstepping.tracking(True, look(one), one.gains).alpha1
+    pulled = product(first(one) * alpha1, alpha1 + control.zeta / inertia)
+    expected = -(pulled + damped(error(one, control), one.gains))
     assert float(slope(energy, one, control, rate)) == pytest.approx(float(expected), rel=1e-9)
 
 
@@ -253,7 +264,10 @@ def test_anti_windup_rests_while_nothing_is_saturated() -> None:
 
 
 def test_command_filter_lags_a_ramp_by_its_time() -> None:
-    """Behind a ramp of slope a the filter rests at the lag 2ζ/ω_n · a, with α̇_f = a. Kills: a missing 2, ω_n for ω_n², ζ ω_n swapped."""
+    """Behind a ramp of slope a the filter rests at the lag 2ζ/ω_n · a, with α̇_f = a; behind a step it starts with ω_n² times it.
+
+    Kills: a missing 2, ω_n for ω_n² or the other way round, a filter that starts at zero.
+    """
     one = scene("command-filtered", filter_rad_s=4.0, filter_damping=0.7)
     law = command_filtered.build(command_filtered.Parameters())
     control = law.start(look(one), one.gains)
@@ -281,7 +295,7 @@ def test_compensated_errors_know_of_neither_filter_nor_saturation() -> None:
 
     Kills: a sign or a missing term of either compensating signal, G for Gᵀ, no Ω×ξ_ρ, adaptation by z₂, an α̇_f that is not used.
     """
-    one = far(scene("command-filtered", c_force=7.0, c_torque=3.0))
+    one = far(scene("command-filtered"))
     law = command_filtered.build(command_filtered.Parameters())
     spread = (0.3, -0.2, 0.25, 0.03, -0.02, 0.04)
     control = command_filtered.Control(
@@ -293,7 +307,7 @@ def test_compensated_errors_know_of_neither_filter_nor_saturation() -> None:
         Channels.of(tuple(x / 2.0 for x in spread)),
     )
     control = jax.tree.map(jnp.asarray, control)
-    gains, zero = one.gains, Channels.pair(0.0, 0.0)
+    gains = one.gains
 
     def compensated(sample: Any, own: Any) -> tuple[Channels, Channels]:
         x2 = Channels(sample.motion.nu, sample.motion.omega)
@@ -312,7 +326,6 @@ def test_compensated_errors_know_of_neither_filter_nor_saturation() -> None:
     turning = dot(z1.torque, mrp_rate(one.motion.sigma, z1.torque))
     expected = gains.c_force * dot(pull.force, pull.force) + 4.0 * gains.c_torque * gains.k_sigma**2 * turning
     assert float(slope(energy, one, control, rate)) == pytest.approx(-float(expected + damped(z2, gains)), rel=1e-9)
-    assert not np.array(zero.parts()).any()
 
 
 def test_a_filter_slower_than_its_loop_is_refused() -> None:
@@ -355,7 +368,8 @@ def test_a_constant_disturbance_is_found_at_the_observers_rate() -> None:
 
     Flown: RK4 over the closed loop. Kills: an observer of another rate, a D̂ that is added where it should be taken away.
     """
-    one = near(scene("disturbance-observer", observer_force_rad_s=0.8, observer_torque_rad_s=1.5))
+    gains = {"observer_force_rad_s": 0.8, "observer_torque_rad_s": 1.5, "c_force": 0.0, "c_torque": 0.0}
+    one = near(scene("disturbance-observer", **gains))
     member = component("controllers", "disturbance-observer")
     loop = flights.loop("disturbance-observer", "hard-clip")._replace(faults=())
     push = Numbers({"force_N": PUSH.force, "torque_Nm": PUSH.torque})
@@ -375,4 +389,4 @@ def test_a_constant_disturbance_is_found_at_the_observers_rate() -> None:
     expected = np.array(PUSH.parts())[:, None] * (1.0 - fall)
     np.testing.assert_allclose(np.array(found.parts()), expected, rtol=1e-5, atol=1e-9)
     z2 = backstepping.tracking(True, look(one._replace(motion=last.motion, target=last.target)), one.gains).z2
-    assert max(abs(float(x)) for x in each(jnp.abs, z2).parts()) < 1e-3
+    assert max(abs(float(x)) for x in each(jnp.abs, z2).parts()) < 4e-4, "d/K₂ would be 2e-3"
