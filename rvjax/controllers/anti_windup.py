@@ -32,15 +32,19 @@ from rvjax.backstepping import (
 from rvjax.columns import Column
 from rvjax.controllers.interface import ESTIMATES, Law, Response, Saturate
 from rvjax.family import Component
-from rvjax.spec import Model, Quantity, part, scalar
+from rvjax.spec import Model, Quantity, part, retuned, scalar
 from rvjax.state import Numbers, Report, Seen
 
 
-class Gains(TrackingGains, FirstErrorGains, AdaptationGains):
+class Gains(
+    retuned(TrackingGains, k1=0.3, k_sigma=0.66, k2_force=200.0, k2_torque=75.0),
+    retuned(FirstErrorGains, c_force=50.0, c_torque=2.4),
+    AdaptationGains,
+):
     """Numbers of the law."""
 
-    k_zeta_force: Quantity = scalar("1/s", default=0.4, above=0.0, doc="leak K_ζ of the force channels, 1/s")
-    k_zeta_torque: Quantity = scalar("1/s", default=0.7, above=0.0, doc="leak K_ζ of the torque channels, 1/s")
+    k_zeta_force: Quantity = scalar("1/s", default=0.08, above=0.0, doc="leak K_ζ of the force channels, 1/s")
+    k_zeta_torque: Quantity = scalar("1/s", default=0.14, above=0.0, doc="leak K_ζ of the torque channels, 1/s")
 
 
 class Parameters(Model):

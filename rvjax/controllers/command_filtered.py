@@ -40,15 +40,19 @@ from rvjax.columns import Column
 from rvjax.controllers.interface import ESTIMATES, Law, Response, Saturate
 from rvjax.dynamics import Relative, relative
 from rvjax.family import Component
-from rvjax.spec import Model, Quantity, part, scalar
+from rvjax.spec import Model, Quantity, part, retuned, scalar
 from rvjax.spec.problem import Problem, refuse
 from rvjax.state import Numbers, Report, Seen
 
 
-class Gains(TrackingGains, FirstErrorGains, AdaptationGains):
+class Gains(
+    retuned(TrackingGains, k1=0.29, k_sigma=0.64, k2_force=190.0, k2_torque=74.0),
+    retuned(FirstErrorGains, c_force=3.1, c_torque=5.9),
+    AdaptationGains,
+):
     """Numbers of the law."""
 
-    filter_rad_s: Quantity = scalar("rad/s", default=5.0, above=0.0, doc="natural frequency ω_n of the command filter")
+    filter_rad_s: Quantity = scalar("rad/s", default=14.0, above=0.0, doc="natural frequency ω_n of the command filter")
     filter_damping: Quantity = scalar("1", default=1.0, above=0.0, doc="damping ζ of the command filter")
 
     @model_validator(mode="after")

@@ -34,15 +34,19 @@ from rvjax.columns import Column
 from rvjax.controllers.interface import WRENCH, Law, Response, Saturate
 from rvjax.dynamics import relative
 from rvjax.family import Component
-from rvjax.spec import Model, Quantity, part, scalar
+from rvjax.spec import Model, Quantity, part, retuned, scalar
 from rvjax.state import Numbers, Report, Seen
 
 
-class Gains(TrackingGains, FirstErrorGains, NominalGains):
+class Gains(
+    retuned(TrackingGains, k1=0.19, k_sigma=0.089, k2_force=61.0, k2_torque=28.0),
+    retuned(FirstErrorGains, c_force=3.4, c_torque=5.8),
+    NominalGains,
+):
     """Numbers of the law."""
 
-    observer_force_rad_s: Quantity = scalar("rad/s", default=0.5, above=0.0, doc="bandwidth L of the force channels")
-    observer_torque_rad_s: Quantity = scalar("rad/s", default=1.0, above=0.0, doc="bandwidth L of the torque channels")
+    observer_force_rad_s: Quantity = scalar("rad/s", default=0.99, above=0.0, doc="bandwidth L of the force channels")
+    observer_torque_rad_s: Quantity = scalar("rad/s", default=0.91, above=0.0, doc="bandwidth L of the torque channels")
 
 
 class Parameters(Model):

@@ -30,11 +30,15 @@ from rvjax.backstepping import (
 )
 from rvjax.controllers.interface import ESTIMATES, Law, Response, Saturate
 from rvjax.family import Component
-from rvjax.spec import Model, part
+from rvjax.spec import Model, part, retuned
 from rvjax.state import Numbers, Report, Seen
 
 
-class Gains(TrackingGains, FirstErrorGains, AdaptationGains):
+class Gains(
+    retuned(TrackingGains, k1=0.3, k_sigma=1.2, k2_force=200.0, k2_torque=30.0),
+    retuned(FirstErrorGains, c_force=12.0, c_torque=12.0),
+    AdaptationGains,
+):
     """Numbers of the law."""
 
 

@@ -20,17 +20,17 @@ from rvjax.backstepping import GuidanceGains, NominalGains, model, nominal, trac
 from rvjax.columns import Column
 from rvjax.controllers.interface import Law, Response, Saturate
 from rvjax.family import Component
-from rvjax.spec import Model, Quantity, part, scalar
+from rvjax.spec import Model, Quantity, part, retuned, scalar
 from rvjax.state import Numbers, Report, Seen
 
 
-class Gains(GuidanceGains, NominalGains):
+class Gains(retuned(GuidanceGains, k1=0.3, k_sigma=0.83), NominalGains):
     """Size of the switching term as an acceleration, and the boundary layer."""
 
-    k_force: Quantity = scalar("m/s²", default=0.0175, above=0.0, doc="switching gain K of the force channels, m/s²")
-    k_torque: Quantity = scalar("rad/s²", default=0.016, above=0.0, doc="switching gain K of the torque channels, rad/s²")
-    phi_force: Quantity = scalar("m/s", default=0.044, above=0.0, doc="boundary layer φ of the force channels, m/s")
-    phi_torque: Quantity = scalar("rad/s", default=0.023, above=0.0, doc="boundary layer φ of the torque channels, rad/s")
+    k_force: Quantity = scalar("m/s²", default=0.039, above=0.0, doc="switching gain K of the force channels, m/s²")
+    k_torque: Quantity = scalar("rad/s²", default=0.036, above=0.0, doc="switching gain K of the torque channels, rad/s²")
+    phi_force: Quantity = scalar("m/s", default=0.02, above=0.0, doc="boundary layer φ of the force channels, m/s")
+    phi_torque: Quantity = scalar("rad/s", default=0.01, above=0.0, doc="boundary layer φ of the torque channels, rad/s")
 
 
 class Parameters(Model):
