@@ -2,7 +2,7 @@
 
 Start: position, attitude and velocity loops as steep as those of the controller under test at its defaults. Then 40 candidates on
 416 samples of campaigns/docking-faulted.yaml under another seed than the campaign's: the start, 15 with every gain drawn
-log-uniformly within a span about the start, 24 about the best so far: the step that led to it once more, or else every gain
+log-uniformly within a span about the start, 24 about the best so far: the step that led to it twice as far, or else every gain
 within a factor of two, never outside the span. The span is a factor of five, so velocity loops of 2 rad/s and more are open to
 all; where a loop's steepness is a quotient of two gains, each has the root of that, and where one gain stands for the product of
 two, their product. Guidance (the largest approach speed) and rates of adaptation, which hardly matter here, stay.
@@ -118,7 +118,7 @@ def search(name: str) -> Outcome:
         taken = step or some(2.0)
         tried = fly("near", best.gains, taken)
         better = tried.rank < best.rank
-        step, best = (taken, tried) if better else (None, best)
+        step, best = ({gain: x * x for gain, x in taken.items()}, tried) if better else (None, best)
     return best
 
 
