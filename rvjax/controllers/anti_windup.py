@@ -37,14 +37,14 @@ from rvjax.state import Numbers, Report, Seen
 
 
 class Gains(
-    retuned(TrackingGains, k1=0.3, k_sigma=0.66, k2_force=200.0, k2_torque=75.0),
-    retuned(FirstErrorGains, c_force=50.0, c_torque=2.4),
+    retuned(TrackingGains, k1=0.3, k_sigma=1.2, k2_force=200.0, k2_torque=75.0),
+    retuned(FirstErrorGains, c_force=11.0, c_torque=0.8),
     AdaptationGains,
 ):
     """Numbers of the law."""
 
-    k_zeta_force: Quantity = scalar("1/s", default=0.08, above=0.0, doc="leak K_ζ of the force channels, 1/s")
-    k_zeta_torque: Quantity = scalar("1/s", default=0.14, above=0.0, doc="leak K_ζ of the torque channels, 1/s")
+    k_zeta_force: Quantity = scalar("1/s", default=0.16, above=0.0, doc="leak K_ζ of the force channels, 1/s")
+    k_zeta_torque: Quantity = scalar("1/s", default=0.55, above=0.0, doc="leak K_ζ of the torque channels, 1/s")
 
 
 class Parameters(Model):

@@ -46,13 +46,13 @@ from rvjax.state import Numbers, Report, Seen
 
 
 class Gains(
-    retuned(TrackingGains, k1=0.29, k_sigma=0.64, k2_force=190.0, k2_torque=74.0),
-    retuned(FirstErrorGains, c_force=3.1, c_torque=5.9),
+    retuned(TrackingGains, k1=0.25, k_sigma=1.2, k2_force=200.0, k2_torque=56.0),
+    retuned(FirstErrorGains, c_force=2.0, c_torque=2.8),
     AdaptationGains,
 ):
     """Numbers of the law."""
 
-    filter_rad_s: Quantity = scalar("rad/s", default=14.0, above=0.0, doc="natural frequency ω_n of the command filter")
+    filter_rad_s: Quantity = scalar("rad/s", default=25.0, above=0.0, doc="natural frequency ω_n of the command filter")
     filter_damping: Quantity = scalar("1", default=1.0, above=0.0, doc="damping ζ of the command filter")
 
     @model_validator(mode="after")

@@ -35,8 +35,8 @@ from rvjax.state import Numbers, Report, Seen
 
 
 class Gains(
-    retuned(TrackingGains, k1=0.3, k_sigma=1.2, k2_force=200.0, k2_torque=30.0),
-    retuned(FirstErrorGains, c_force=12.0, c_torque=12.0),
+    retuned(TrackingGains, k1=0.3, k_sigma=0.64, k2_force=200.0, k2_torque=69.0),
+    retuned(FirstErrorGains, c_force=3.8, c_torque=7.2),
     AdaptationGains,
 ):
     """Numbers of the law."""

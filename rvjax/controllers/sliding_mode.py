@@ -24,7 +24,7 @@ from rvjax.spec import Model, Quantity, part, retuned, scalar
 from rvjax.state import Numbers, Report, Seen
 
 
-class Gains(retuned(GuidanceGains, k1=0.3, k_sigma=0.83), NominalGains):
+class Gains(retuned(GuidanceGains, k1=0.3, k_sigma=1.1), NominalGains):
     """Size of the switching term as an acceleration, and the boundary layer."""
 
     k_force: Quantity = scalar("m/s²", default=0.039, above=0.0, doc="switching gain K of the force channels, m/s²")
