@@ -86,8 +86,9 @@ def shown(item: Number) -> tuple[str, str]:
     scale, symbol = (0.01, "%") if item.percent else prefixed(reference, item.unit)
     value, low, high = (x / scale for x in (estimate.value, estimate.low, estimate.high))
     ends = [x for x in (value, low, high) if math.isfinite(x)]
-    if ends and 0.0 < max(map(abs, ends)) < 1e-3:
-        exponent = math.floor(math.log10(max(map(abs, ends))))
+    largest = max(map(abs, ends), default=0.0)
+    if 0.0 < largest < 1e-3 or largest >= 1e9:
+        exponent = math.floor(math.log10(largest))
         value, low, high = (_scaled(x, exponent) for x in (value, low, high))
         symbol = f"×{power_of_ten(exponent)} {symbol}".strip()
     decimals = _decimals(value, low, high)

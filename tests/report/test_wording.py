@@ -36,13 +36,14 @@ def estimate(value: float, low: float, high: float) -> Estimate:
         (Number("x", estimate(math.inf, math.inf, math.inf), "s"), "∞", "∞ … ∞"),
         (Number("x", estimate(-math.inf, -math.inf, 4.9), "m"), "−∞", "−∞ … 4.90 m"),
         (Number("x", estimate(2.1e-5, 1.9e-5, 2.4e-5)), "2.10×10⁻⁵", "1.90 … 2.40"),
+        (Number("x", estimate(2.1e39, 2.05e39, 1.2e40)), "0.21×10⁴⁰", "0.20 … 1.20"),
         (Number("x", estimate(-0.176, -0.225, -0.126)), "−0.176", "−0.225 … −0.126"),
         (Number("x", estimate(0.0352, 0.0341, 0.0361), "deg"), "0.0352°", "0.0341 … 0.0361"),
         (Number("x", 4096), "4,096", ""),
     ],
 )
 def test_numbers_read_as_written(item: Number, text: str, interval: str) -> None:
-    """Mutation killed: rounding to nearest in an interval, an interval in another unit than its value."""
+    """Mutation killed: rounding to nearest in an interval, an interval in another unit than its value, forty digits."""
     assert tuple(part.replace("\u00a0", " ") for part in shown(item)) == (text, interval)
 
 
