@@ -4,6 +4,9 @@
     M ż₂ = Yθ + u + d,   θ = (m, J),   Yθ = (m a_ν, J a_ω − Ω×JΩ)
     a_ν = −Ω×ν + n − α̇_ν,   a_ω = ω×Rω_t − Rω̇_t − α̇_ω
 
+The first error's term is −Cα₁: V₁ = C_f (v_max²/k₁)(√(1+(k₁|ρ|/v_max)²) − 1) + 2C_τ k_σ ln(1+σᵀσ) has V̇₁ = −(Cα₁)ᵀ(ν, ω), so
+u = −(Yθ + K₂z₂ − Cα₁) makes V = V₁ + ½z₂ᵀMz₂ fall as V̇ = −α₁ᵀCα₁ − z₂ᵀK₂z₂. C = 0: a cascade.
+
 M. Krstić, I. Kanellakopoulos, P. Kokotović, "Nonlinear and adaptive control design", 1995, ch. 3–4.
 """
 
@@ -21,14 +24,26 @@ from rvjax.spec.problem import Problem, refuse
 from rvjax.state import Numbers, Seen
 
 
-class TrackingGains(Model):
-    """Gains of the virtual velocity and of the feedback of z₂."""
+class GuidanceGains(Model):
+    """Gains of the virtual velocity."""
 
     k1: Quantity = scalar("1/s", default=0.06, above=0.0, doc="position gain k₁, 1/s")
     v_max_m_s: Quantity = scalar("m/s", default=0.6, above=0.0, doc="largest virtual approach speed (shaped law)")
     k_sigma: Quantity = scalar("rad/s", default=0.25, above=0.0, doc="attitude gain k_σ, rad/s per unit of MRP")
+
+
+class TrackingGains(GuidanceGains):
+    """Gains of the virtual velocity and of the feedback of z₂."""
+
     k2_force: Quantity = scalar("N·s/m", default=40.0, above=0.0, doc="velocity gain K₂ of the force channels, N·s/m")
     k2_torque: Quantity = scalar("N·m·s", default=15.0, above=0.0, doc="rate gain K₂ of the torque channels, N·m·s")
+
+
+class FirstErrorGains(Model):
+    """How much of the virtual velocity is in the virtual wrench."""
+
+    c_force: Quantity = scalar("N·s/m", default=0.0, at_least=0.0, doc="first-error gain C of the force channels, N·s/m")
+    c_torque: Quantity = scalar("N·m·s", default=0.0, at_least=0.0, doc="first-error gain C of the torque channels, N·m·s")
 
 
 class NominalGains(Model):
@@ -82,8 +97,9 @@ def _outside(what: str, key: str, low: Quantity, start: Quantity, high: Quantity
 
 
 class Tracking(NamedTuple):
-    """z2: z₂ [m/s, rad/s]; accel: a_ν [m/s²]; turn: a_ω [rad/s²]; omega: Ω [rad/s]."""
+    """alpha1: α₁, z2: z₂ [m/s, rad/s]; accel: a_ν [m/s²]; turn: a_ω [rad/s²]; omega: Ω [rad/s]."""
 
+    alpha1: Channels
     z2: Channels
     accel: Vector
     turn: Vector
@@ -93,8 +109,13 @@ class Tracking(NamedTuple):
 def tracking(shaped: bool, seen: Seen, gains: Numbers) -> Tracking:
     """z₂ and the known factors of Y. Gains used: k1, k_sigma, v_max_m_s (shaped only)."""
     known = relative(seen.motion, seen.target, seen.alpha_t, seen.port)
-    alpha1, alpha1_rate = virtual_velocity(shaped, seen, known, gains)
+    return following(seen, known, *virtual_velocity(shaped, seen, known, gains))
+
+
+def following(seen: Seen, known: Relative, alpha1: Channels, alpha1_rate: Channels) -> Tracking:
+    """The same about any virtual velocity and its rate; about zero z₂ is (ν, ω), and M times its rate is Yθ + u + d."""
     return Tracking(
+        alpha1=alpha1,
         z2=Channels(seen.motion.nu, seen.motion.omega) - alpha1,
         accel=known.accel - cross(known.omega_p, seen.motion.nu) - alpha1_rate.force,
         turn=known.alpha - alpha1_rate.torque,
@@ -141,6 +162,22 @@ def adaptation(now: Tracking, z: Channels, mass: Scalar, inertia: Symmetric, gai
 def feedback(z: Channels, gains: Numbers) -> Channels:
     """K₂ z [N, N·m]. Gains used: k2_force, k2_torque."""
     return Channels.pair(gains.k2_force, gains.k2_torque) * z
+
+
+def first_error(now: Tracking, gains: Numbers) -> Channels:
+    """−Cα₁ [N, N·m]. Gains used: c_force, c_torque."""
+    return -Channels.pair(gains.c_force, gains.c_torque) * now.alpha1
+
+
+def certainty_equivalence(now: Tracking, mass: Scalar, inertia: Symmetric, gains: Numbers) -> Channels:
+    """−(Yθ + K₂z₂ − Cα₁) with θ as it is assumed or estimated [N, N·m]."""
+    return -(model(now, mass, inertia) + (feedback(now.z2, gains) + first_error(now, gains)))
+
+
+def nominal(gains: Numbers) -> tuple[Scalar, Symmetric]:
+    """(m₀, J₀ I). Gains used: mass_guess_kg, inertia_guess_kgm2."""
+    moment = gains.inertia_guess_kgm2
+    return gains.mass_guess_kg, Symmetric.of(moment, moment * 0.0)
 
 
 def robust(z: Channels, bound: Channels, width: Channels) -> Channels:

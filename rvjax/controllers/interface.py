@@ -15,6 +15,13 @@ Saturate = Callable[[Channels], tuple[Channels, Channels]]
 """v → (h(v), h'(v)) of the flown actuators: what the drive electronics report back."""
 
 
+ESTIMATES = {
+    "mass_kg": Column("mass_kg", "kg", "estimated mass"),
+    "inertia_kgm2": Column("inertia_kgm2", "kg·m²", "estimated inertia"),
+}
+"""Signals of a controller that estimates mass and inertia."""
+
+
 class Response(NamedTuple):
     """command: v before the saturation [N, N·m]; rate: of the controller's own state; report: for metrics and traces."""
 

@@ -11,6 +11,7 @@ robot manipulators", Int. J. Control, 1988; MRP form: P. Tsiotras, 1996). Baseli
 from __future__ import annotations
 
 from rvjax.algebra import Channels, cross
+from rvjax.backstepping import NominalGains
 from rvjax.controllers.interface import Law, Response, Saturate
 from rvjax.dynamics import relative
 from rvjax.family import Component
@@ -18,15 +19,13 @@ from rvjax.spec import Model, Quantity, part, scalar
 from rvjax.state import Numbers, Report, Seen
 
 
-class Gains(Model):
+class Gains(NominalGains):
     """Natural frequency² and damping of each loop, and the nominal plant."""
 
     k_rho: Quantity = scalar("1/s²", default=0.0025, above=0.0, doc="position stiffness k_ρ, 1/s²")
     k_nu: Quantity = scalar("1/s", default=0.1, above=0.0, doc="velocity damping k_ν, 1/s")
     k_sigma: Quantity = scalar("1/s²", default=0.16, above=0.0, doc="attitude stiffness k_σ, 1/s²")
     k_omega: Quantity = scalar("1/s", default=0.4, above=0.0, doc="rate damping k_ω, 1/s")
-    mass_guess_kg: Quantity = scalar("kg", default=100.0, above=0.0, doc="nominal mass m₀")
-    inertia_guess_kgm2: Quantity = scalar("kg·m²", default=21.7, above=0.0, doc="nominal inertia J₀ = this · I")
 
 
 class Parameters(Model):

@@ -34,11 +34,12 @@ from rvjax.backstepping import (
     feedback,
     mean_limit,
     model,
+    nominal,
     robust,
     tracking,
 )
 from rvjax.columns import Column
-from rvjax.controllers.interface import WRENCH, Law, Response, Saturate
+from rvjax.controllers.interface import ESTIMATES, WRENCH, Law, Response, Saturate
 from rvjax.differentiator import DIFFERENTIATORS
 from rvjax.family import Component
 from rvjax.nussbaum import GAINS
@@ -85,8 +86,7 @@ class Control(NamedTuple):
 def start(options: Parameters, seen: Seen, gains: Numbers) -> Control:
     """v = χ = D̂ = ζ₁ = 0, m̂ and Ĵ = Ĵ₀ I from the gains, ζ₀ = α₂(0)."""
     zero = seen.upper * 0.0
-    inertia = Symmetric.of(gains.inertia_guess_kgm2, gains.inertia_guess_kgm2 * 0.0)
-    state = Control(zero, zero, gains.mass_guess_kg, inertia, zero, zero, zero)
+    state = Control(zero, zero, *nominal(gains), zero, zero, zero)
     return state._replace(zeta0=virtual_wrench(options, seen, state, gains)[0])
 
 
@@ -130,8 +130,7 @@ def respond(options: Parameters, seen: Seen, state: Control, saturate: Saturate,
 SIGNALS = {
     "alpha2": Column("alpha2", WRENCH, "virtual wrench"),
     "bound": Column("bound", WRENCH, "estimated bound of the disturbance"),
-    "mass_kg": Column("mass_kg", "kg", "estimated mass"),
-    "inertia_kgm2": Column("inertia_kgm2", "kg·m²", "estimated inertia"),
+    **ESTIMATES,
 }
 
 

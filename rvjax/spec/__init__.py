@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rvjax.spec.choice import Choice
-from rvjax.spec.fields import Model, channels, count, flag, number, option, part, scalar, series, validate, vector
+from rvjax.spec.fields import Model, channels, count, flag, number, option, part, retuned, scalar, series, validate, vector
 from rvjax.spec.keep import Keep
 from rvjax.spec.model import Spec, load, parse
 from rvjax.spec.quantity import Quantity
@@ -29,6 +29,7 @@ __all__ = [
     "option",
     "parse",
     "part",
+    "retuned",
     "scalar",
     "schema",
     "series",

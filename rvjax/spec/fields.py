@@ -24,6 +24,7 @@ from pydantic import (
     GetJsonSchemaHandler,
     ModelWrapValidatorHandler,
     ValidationError,
+    create_model,
     model_validator,
 )
 from pydantic.fields import FieldInfo
@@ -284,6 +285,17 @@ def option(*, default: Any = PydanticUndefined, doc: str) -> Any:
 def part(*, default: Any = PydanticUndefined, doc: str) -> Any:
     """A nested model or a list of them; the default is what a campaign would say."""
     return Field(default=default, description=doc)
+
+
+def retuned(model: type[M], **defaults: float) -> type[M]:
+    """The same numbers with other defaults, each by the name of its field and in the unit of its key."""
+    fields: dict[str, Any] = {}
+    for name, default in defaults.items():
+        known = model.model_fields[name]
+        info = cast(FieldInfo, Field(default=default, alias=known.alias, description=known.description))
+        info.metadata.append(_declared(known))
+        fields[name] = (known.annotation, info)
+    return create_model(model.__name__, __base__=model, __module__=model.__module__, **fields)
 
 
 def validate(model: type[M], raw: Mapping[str, Any], place: Place, source: Source) -> tuple[M | None, list[Finding]]:

@@ -45,6 +45,18 @@ ORDER = "test_navigation.py::test_errors_act_in_the_order_of_the_campaign"
 WHITE = "test_navigation.py::test_noise_is_white_and_of_its_size"
 BIAS = "test_navigation.py::test_a_bias_is_the_one_that_was_drawn"
 GYRO = "test_navigation.py::test_the_bias_of_a_gyro_wanders_by_the_root_of_time"
+SLIDING, NOMINAL = "controllers/sliding_mode.py", "controllers/nominal_backstepping.py"
+WINDUP, FILTERED = "controllers/anti_windup.py", "controllers/command_filtered.py"
+OBSERVER = "controllers/disturbance_observer.py"
+LAYER = "test_baselines.py::test_the_sliding_variable_falls_to_its_boundary_layer"
+PROOF = "test_baselines.py::test_nominal_backstepping_falls_as_its_proof_says"
+CLIP = "test_baselines.py::test_nominal_backstepping_stays_inside_the_nominal_limits_and_winds_up"
+WITHHELD = "test_baselines.py::test_anti_windup_takes_the_saturation_out_of_the_error"
+RESTS = "test_baselines.py::test_anti_windup_rests_while_nothing_is_saturated"
+RAMP = "test_baselines.py::test_command_filter_lags_a_ramp_by_its_time"
+COMPENSATED = "test_baselines.py::test_compensated_errors_know_of_neither_filter_nor_saturation"
+LAG = "test_baselines.py::test_disturbance_observer_is_a_first_order_lag"
+FOUND = "test_baselines.py::test_a_constant_disturbance_is_found_at_the_observers_rate"
 BY_HAND = "test_sampling.py::test_a_sampled_flight_is_the_one_written_by_hand"
 
 MUTANTS = (
@@ -307,6 +319,47 @@ MUTANTS = (
     Mutant("a table shifted the other way", TABLE, "t - numbers.shift_s", "t + numbers.shift_s", ROWS),
     Mutant("the row behind", TABLE, '"scan_unrolled") - 1, 0', '"scan_unrolled"), 0', ROWS),
     Mutant("a table held during a step", TABLE, "((t - memory.t) / memory.h)", "0.0", ROWS),
+    # baselines
+    Mutant("sign of the switching term", SLIDING, "*nominal(gains)) + reach", "*nominal(gains)) - reach", LAYER),
+    Mutant("a boundary layer that multiplies", SLIDING, "now.z2 / Channels", "now.z2 * Channels", LAYER),
+    Mutant("an unbounded switching term", SLIDING, "each(lambda x: jnp.clip(x, -1.0, 1.0), depth)", "depth", LAYER),
+    Mutant("no feed-forward", SLIDING, "-(model(now, *nominal(gains)) + reach", "-(reach", LAYER),
+    Mutant("sign of Cα₁", "backstepping.py", "return -Channels.pair(gains.c_force", "return Channels.pair(gains.c_force", PROOF),
+    Mutant("no K₂z₂", "backstepping.py", "(feedback(now.z2, gains) + first_error", "(first_error", PROOF),
+    Mutant("clip at swapped limits", NOMINAL, "-seen.lower, seen.upper)", "-seen.upper, seen.lower)", CLIP),
+    Mutant("no clip", NOMINAL, "each(jnp.clip, wanted, -seen.lower, seen.upper)", "wanted", CLIP),
+    Mutant("adaptation that stands still", NOMINAL, "adaptation(now, now.z2,", "adaptation(now, now.z2 * 0.0,", PROOF),
+    Mutant("ζ on the other side", WINDUP, "now.z2 - state.zeta", "now.z2 + state.zeta", WITHHELD),
+    Mutant("no leak in the law", WINDUP, "state.inertia, gains) - leak", "state.inertia, gains)", WITHHELD),
+    Mutant("sign of what is withheld", WINDUP, "zeta=h - command - leak", "zeta=command - h - leak", WITHHELD),
+    Mutant("ζ fed by the command", WINDUP, "zeta=h - command - leak", "zeta=h - leak", RESTS),
+    Mutant("half the damping", FILTERED, "-2.0 * gains.filter_damping", "-gains.filter_damping", RAMP),
+    Mutant("ω_n for ω_n²", FILTERED, "(omega * omega)", "omega", RAMP),
+    Mutant("a filter from zero", FILTERED, "alpha, zero, zero, zero)", "zero, zero, zero, zero)", RAMP),
+    Mutant(
+        "sign of the filter's error",
+        FILTERED,
+        "lagging + (state.filtered - alpha)",
+        "lagging - (state.filtered - alpha)",
+        COMPENSATED,
+    ),
+    Mutant("no ξ₂ in ξ₁", FILTERED, "(state.filtered - alpha) + state.xi2", "(state.filtered - alpha)", COMPENSATED),
+    Mutant("no Ω×ξ_ρ", FILTERED, "missed.force - cross(known.omega_p, state.xi1.force)", "missed.force", COMPENSATED),
+    Mutant("G for Gᵀ", FILTERED, "mrp_rate(-sigma, z1.torque)", "mrp_rate(sigma, z1.torque)", COMPENSATED),
+    Mutant("ξ₂ without K₂", FILTERED, "(h - command - feedback(state.xi2, gains))", "(h - command)", COMPENSATED),
+    Mutant("adaptation by z₂", FILTERED, "now.z2 - state.xi2, state.mass", "now.z2, state.mass", COMPENSATED),
+    Mutant(
+        "an α̇_f that is not used",
+        FILTERED,
+        "known, state.filtered, state.filtered_rate)",
+        "known, state.filtered, alpha * 0.0)",
+        COMPENSATED,
+    ),
+    Mutant("v for h(v)", OBSERVER, "+ h + estimate", "+ command + estimate", LAG),
+    Mutant("an observer without its lag", OBSERVER, "+ h + estimate", "+ h", LAG),
+    Mutant("a start with L M₀x₂", OBSERVER, "Control(-momentum(", "Control(momentum(", LAG),
+    Mutant("L that is missing once", OBSERVER, "-(speed * (model", "-((model", LAG),
+    Mutant("D̂ that is added", OBSERVER, "*theta, gains) - estimate", "*theta, gains) + estimate", FOUND),
     # navigation
     Mutant(
         "sign in compose",

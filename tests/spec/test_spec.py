@@ -23,6 +23,7 @@ from rvjax.spec import (
     option,
     parse,
     part,
+    retuned,
     scalar,
     schema,
     validate,
@@ -220,6 +221,20 @@ def test_parameters_of_a_component() -> None:
     assert list(names) == ["faults.x.force_N", "faults.x.rate_rad_s", "faults.x.remaining", "faults.x.gains.k1"]
     with pytest.raises(ValidationError, match="frozen"):
         parameters.order = 3  # type: ignore[misc]
+
+
+def test_another_default_changes_nothing_else() -> None:
+    """The range, the unit, the key and the meaning stay. Kills: a default in another unit, a field without its range."""
+    other = retuned(Parameters, rate_rad_s=3.0)
+    parameters = other.model_validate({"force_N": 1})
+    assert parameters.rate_rad_s.parts == (Fixed(3.0 * DEGREE),)
+    assert list(other.keys()) == list(Parameters.keys())
+    assert other.keys()["rate_deg_s"].description == Parameters.keys()["rate_deg_s"].description
+    assert Parameters.model_validate({"force_N": 1}).rate_rad_s.parts == (Fixed(DEGREE),)
+    with pytest.raises(ValidationError, match="-1"):
+        other.model_validate({"force_N": 1, "rate_deg_s": -1})
+    with pytest.raises(KeyError):
+        retuned(Parameters, rate=1.0)
 
 
 def test_findings_about_a_component_are_where_it_stands() -> None:
