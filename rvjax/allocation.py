@@ -17,6 +17,10 @@ It is solved in shares x = f/f_max, A = W B diag(f_max), b = W w, by a number of
   2.  POLISH steps of Newton's method on the piecewise linear equation of the residual, y = b − A clip(Aᵀy/ε, 0, 1). The first
       finds which thrusters are at an end; with those right, one step is exact to rounding.
 
+Within a step of the integration the solution of its beginning is followed to first order, f = clip(f_k + (∂f/∂w)(w − w_k)): those
+thrusters that are between their ends move, the others stay. That is exact while the same ones do, and never further off than a
+command that is held; it takes a twentieth of the time.
+
 Measured against SciPy's bounded least squares in `tests/physics/test_thrusters.py`. In single precision rounding is amplified by
 1/ε (docs/model.md).
 """
@@ -24,7 +28,7 @@ Measured against SciPy's bounded least squares in `tests/physics/test_thrusters.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -44,8 +48,29 @@ SHORTEN = 0.995
 BEGIN = 0.3
 """Multipliers at the start; x starts at ½."""
 
-Allocate = Callable[[Channels], Thrusts]
-"""Commanded wrench [N, N·m] → thrusts [N], inside 0 and the nominal largest ones."""
+
+class Allocation(NamedTuple):
+    """solve(w) → what is kept of the problem of this wrench; follow(w, solved) → shares of the largest thrusts, 0 to 1, of a
+    wrench that is near it, or of itself. idle(w) → what to keep before the first. Without memory, that is ().
+
+    w: commanded wrench [N, N·m].
+    """
+
+    solve: Callable[[Channels], Any]
+    follow: Callable[[Channels, Any], Thrusts]
+    idle: Callable[[Channels], Any]
+
+    def at(self, w: Channels) -> Thrusts:
+        """The shares of a wrench."""
+        return self.follow(w, self.solve(w))
+
+
+class Gear(NamedTuple):
+    """Structure of thrusters. wrench(f) → B f [N, N·m]."""
+
+    allocation: Allocation
+    wrench: Callable[[Thrusts], Channels]
+
 
 Triangle = list[list[Scalar]]
 """A lower triangular matrix by its rows, or the lower half of a symmetric one."""
@@ -89,36 +114,48 @@ def wrench(layout: Layout) -> Callable[[Thrusts], Channels]:
     return Matrix.of(layout.matrix).times
 
 
-def pseudo_inverse(layout: Layout, centre: float = 0.5) -> Allocate:
-    """f = clip(f₀ + B⁺(w − B f₀), 0, f_max),  f₀ = c f_max; centre: c."""
+def pseudo_inverse(layout: Layout, centre: float = 0.5) -> Allocation:
+    """f = clip(f₀ + B⁺(w − B f₀), 0, f_max),  f₀ = c f_max, as shares of f_max; centre: c."""
     weight, most = _weight(layout), np.array(layout.most)
     scaled = weight[:, None] * layout.matrix * most
     inverse = np.linalg.pinv(scaled, rcond=1e-12) * weight
     offset = centre - inverse @ (layout.matrix @ most) * centre
     rows = Matrix.of(inverse.T)
 
-    def allocate(w: Channels) -> Thrusts:
+    def follow(w: Channels, solved: tuple[()]) -> Thrusts:
+        del solved
         shares = rows.across(w)
-        return Thrusts(tuple(jnp.clip(o + x, 0.0, 1.0) * f for o, x, f in zip(offset, shares.parts(), layout.most, strict=True)))
+        return Thrusts(tuple(jnp.clip(o + x, 0.0, 1.0) for o, x in zip(offset, shares.parts(), strict=True)))
 
-    return allocate
+    return Allocation(lambda w: (), follow, lambda w: ())
 
 
-def bounded_least_squares(layout: Layout, steps: int = STEPS, polish: int = POLISH) -> Allocate:
-    """f = arg min |W(B f − w)|² + ε Σ (fᵢ/f_max,ᵢ)² over 0 ≤ f ≤ f_max."""
+class Solved(NamedTuple):
+    """Shares x of the largest thrusts that solve the problem of the wrench w [N, N·m]."""
+
+    x: Thrusts
+    w: Channels
+
+
+def bounded_least_squares(layout: Layout, steps: int = STEPS, polish: int = POLISH) -> Allocation:
+    """f = arg min |W(B f − w)|² + ε Σ (fᵢ/f_max,ᵢ)² over 0 ≤ f ≤ f_max, as shares of f_max."""
     weight = _weight(layout)
     a = Matrix.of(weight[:, None] * layout.matrix * np.array(layout.most))
     scale = Channels.of(tuple(map(float, weight)))
-    most = Thrusts(layout.most)
 
-    def allocate(w: Channels) -> Thrusts:
+    def solve(w: Channels) -> Solved:
         b = scale * w
         one = a.across(b) * 0.0 + 1.0
         inside = jax.lax.fori_loop(0, steps, lambda _, p: interior(a, b, p), Point(one * 0.5, one * BEGIN, one * BEGIN))
         y = jax.lax.fori_loop(0, polish, lambda _, y: newton(a, b, y), b - a.times(inside.x))
-        return each(lambda s, f: jnp.clip(s, 0.0, 1.0) * f, a.across(y) / EPSILON, most)
+        return Solved(each(lambda s: jnp.clip(s, 0.0, 1.0), a.across(y) / EPSILON), w)
 
-    return allocate
+    def follow(w: Channels, solved: Solved) -> Thrusts:
+        free = movable(solved.x)
+        moved = a.across(back(cholesky(a.gram(free)), scale * (w - solved.w)))
+        return each(lambda x, dx: jnp.clip(x + dx, 0.0, 1.0), solved.x, free * moved)
+
+    return Allocation(solve, follow, lambda w: Solved(a.across(w) * 0.0, w))
 
 
 class Point(NamedTuple):
@@ -143,7 +180,7 @@ def interior(a: Matrix, b: Channels, p: Point) -> Point:
     def towards(lift: Thrusts, drop: Thrusts) -> tuple[Point, Scalar]:
         """The direction to x z = lift x, (1 − x) v = drop (1 − x), and the inverse of how far one may go."""
         q = (force + lift - drop) * soft
-        dx = q - a.across(solve(factor, a.times(q))) * soft
+        dx = q - a.across(back(factor, a.times(q))) * soft
         dz, dv = lift - z - steep * dx, drop - v + flat * dx
 
         def nearest(dx: Scalar, dz: Scalar, dv: Scalar, low: Scalar, up: Scalar, z: Scalar, v: Scalar) -> Scalar:
@@ -169,9 +206,13 @@ def interior(a: Matrix, b: Channels, p: Point) -> Point:
 def newton(a: Matrix, b: Channels, y: Channels) -> Channels:
     """One step to  y = b − A clip(Aᵀy/ε, 0, 1)."""
     shares = a.across(y) / EPSILON
-    free = each(lambda s: jnp.where((s > 0.0) & (s < 1.0), 1.0 / EPSILON, 0.0), shares)
     wrong = y - b + a.times(each(lambda s: jnp.clip(s, 0.0, 1.0), shares))
-    return y - solve(cholesky(a.gram(free)), wrong)
+    return y - back(cholesky(a.gram(movable(shares))), wrong)
+
+
+def movable(shares: Thrusts) -> Thrusts:
+    """1/ε where a thruster is between its ends, else 0."""
+    return each(lambda s: jnp.where((s > 0.0) & (s < 1.0), 1.0 / EPSILON, 0.0), shares)
 
 
 def cholesky(m: Triangle) -> Triangle:
@@ -184,7 +225,7 @@ def cholesky(m: Triangle) -> Triangle:
     return rows
 
 
-def solve(factor: Triangle, r: Channels) -> Channels:
+def back(factor: Triangle, r: Channels) -> Channels:
     """M⁻¹ r, from what `cholesky` gives."""
     y, count = list(r.parts()), len(factor)
     for i in range(count):

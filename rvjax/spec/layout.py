@@ -129,8 +129,9 @@ def margins(layout: Layout) -> tuple[Margin, ...]:
     for index, name in enumerate(layout.names):
         rest = layout.without(index)
         left = [*limits(rest)[0], *limits(rest)[1]]
-        share, side = min((now / before, side) for now, before, side in zip(left, sound, sides, strict=True))
-        found.append(Margin(name, rank(rest), min(share, 1.0), side))
+        shares = [(min(now / before, 1.0), side) for now, before, side in zip(left, sound, sides, strict=True)]
+        share, side = min(shares, key=lambda one: round(one[0], 9))  # the first of equal ones, whatever the rounding
+        found.append(Margin(name, rank(rest), share, side))
     return tuple(found)
 
 
