@@ -29,6 +29,10 @@ def count(value: int) -> str:
     return f"{value:,d}"
 
 
+MOST_DIGITS = 1e15
+"""From here on a number is written with a power of ten; a runaway reaches 1e60."""
+
+
 def power_of_ten(exponent: int) -> str:
     """10⁻³: a power of ten in plain text."""
     return "10" + str(exponent).translate(_SUPERSCRIPTS)
@@ -141,6 +145,10 @@ def _decimals(value: float, low: float, high: float) -> int:
 def _fixed(value: float, decimals: int, rounding: str) -> str:
     if not math.isfinite(value) or value == 0.0:
         return _special(value)
+    if abs(value) >= MOST_DIGITS:
+        exponent = math.floor(math.log10(abs(value)))
+        mantissa = Decimal(value).scaleb(-exponent).quantize(Decimal("0.01"), rounding=rounding)
+        return f"{mantissa}×{power_of_ten(exponent)}".replace("-", "−")
     text = str(Decimal(f"{value:.14g}").quantize(Decimal(1).scaleb(-decimals), rounding=rounding))
     text = text.removeprefix("-") if float(text) == 0.0 else text
     return text.replace("-", "−") if abs(value) < 1e4 else f"{Decimal(text):,}".replace("-", "−")

@@ -36,6 +36,7 @@ def estimate(value: float, low: float, high: float) -> Estimate:
         (Number("x", estimate(math.inf, math.inf, math.inf), "s"), "∞", "∞ … ∞"),
         (Number("x", estimate(-math.inf, -math.inf, 4.9), "m"), "−∞", "−∞ … 4.90 m"),
         (Number("x", estimate(2.1e-5, 1.9e-5, 2.4e-5)), "2.10×10⁻⁵", "1.90 … 2.40"),
+        (Number("x", estimate(4.3611e59, 1.0001e58, 7.6901e63)), "4.36×10⁵⁹", "1.00×10⁵⁸ … 7.70×10⁶³"),
         (Number("x", estimate(-0.176, -0.225, -0.126)), "−0.176", "−0.225 … −0.126"),
         (Number("x", estimate(0.0352, 0.0341, 0.0361), "deg"), "0.0352°", "0.0341 … 0.0361"),
         (Number("x", 4096), "4,096", ""),
