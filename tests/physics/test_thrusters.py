@@ -218,11 +218,14 @@ def test_a_lost_thruster_takes_exactly_its_column(lost: str) -> None:
 def test_faults_come_behind_the_true_limits_and_no_thruster_pulls() -> None:
     """Kills: the nominal limit of a fault, a thrust below zero or above the most, the spread in the allocation."""
     problem, draws, drawn = loaded(
-        "{use: stuck, onset_s: 0, share: 1, channels: [t3]}", "{use: bias, onset_s: 0, share: -1, channels: [t5]}"
+        "{use: stuck, onset_s: 0, share: 0.5, channels: [t3]}",
+        "{use: bias, name: leak, onset_s: 0, share: 1, channels: [t4]}",
+        "{use: bias, onset_s: 0, share: -1, channels: [t5]}",
     )
     thrusts = begun(problem, drawn).thrusts
     assert isinstance(thrusts, Thrusts)
-    np.testing.assert_allclose(thrusts.parts()[2], 2.0 * draws.values["actuators.spread.t3"], rtol=1e-15)
+    np.testing.assert_allclose(thrusts.parts()[2], 0.5 * 2.0 * draws.values["actuators.spread.t3"], rtol=1e-15)
+    np.testing.assert_allclose(thrusts.parts()[3], 2.0 * draws.values["actuators.spread.t4"], rtol=1e-15)
     np.testing.assert_array_equal(thrusts.parts()[4], 0.0)
     for index, thrust in enumerate(thrusts.parts()):
         assert (thrust <= 2.0 * draws.values[f"actuators.spread.t{index + 1}"]).all()
