@@ -1,4 +1,4 @@
-"""Vectors, rotations and actuator channels of one sample at one instant.
+"""Vectors, rotations, actuator channels and thrusters of one sample at one instant.
 
 This is the only module that knows how three numbers are laid out. Everything above it uses the operators and the functions
 here, so the same equations fly whatever the layout is. A `Vector` is three scalars, not an array of length 3: under `vmap`
@@ -121,6 +121,20 @@ class Channels(_Elementwise):
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
+class Thrusts(_Elementwise):
+    """One number for each thruster t1, t2, …"""
+
+    each_one: tuple[Scalar, ...]
+
+    def parts(self) -> tuple[Scalar, ...]:
+        return self.each_one
+
+    def like(self, parts: tuple[Scalar, ...]) -> Self:
+        return type(self)(parts)
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
 class Rotation:
     """A direction cosine matrix by its rows."""
 
@@ -146,6 +160,11 @@ def _rows(args: tuple[Any, ...]) -> tuple[_Elementwise, list[tuple[Scalar, ...]]
     count = len(first.parts())
     columns = [a.parts() if isinstance(a, _Elementwise) else (a,) * count for a in args]
     return first, list(zip(*columns, strict=True))
+
+
+def total(a: _Elementwise) -> Scalar:
+    """Σ aᵢ over the components."""
+    return reduce(operator.add, a.parts())
 
 
 def largest(a: _Elementwise) -> Scalar:

@@ -22,13 +22,13 @@ from rvjax import process
 from rvjax.batch import LANES, Flyer
 from rvjax.campaign import Problem
 from rvjax.closed_loop import Drawn
-from rvjax.columns import CHANNELS
 from rvjax.draw import Draws
 from rvjax.errors import AuditError, CampaignError
 from rvjax.flight import Carry
 from rvjax.readings import Reading, readings
 from rvjax.spec import units
 from rvjax.spec.choice import entry_names
+from rvjax.spec.layout import thruster_names
 from rvjax.spec.quantity import COMPONENTS
 from rvjax.spec.values import Place, is_list, is_mapping
 
@@ -132,7 +132,8 @@ def _key(said: Any, step: str) -> str | int | None:
         return None
     if step in (names := entry_names(said)):
         return names.index(step)
-    fitting = (components for components in COMPONENTS.values() if step in components and len(components) == len(said))
+    named = [*COMPONENTS.values(), thruster_names(len(said))]
+    fitting = (components for components in named if step in components and len(components) == len(said))
     return next((components.index(step) for components in fitting), None)
 
 
@@ -144,8 +145,9 @@ def _groups(names: list[str], most: int) -> Iterator[list[str]]:
 def _candidates(problem: Problem, pool: Draws, name: str) -> list[int]:
     """Samples of the pool that a stream is tried on: of a fault's channel, those in which it begins first, if at all."""
     stem, _, channel = name.rpartition(".")
-    prefix = next((part.prefix for part in problem.faults if name.startswith(f"{part.prefix}.")), "")
-    onsets = pool.values.get(f"{prefix}.onset_s.{channel}") if channel in CHANNELS else None
+    fault = next((part for part in problem.faults if name.startswith(f"{part.prefix}.")), None)
+    known = fault is not None and channel in fault.quantities["onset_s"].components
+    onsets = pool.values.get(f"{fault.prefix}.onset_s.{channel}") if fault is not None and known else None
     if onsets is None or ".schedule." in f"{stem}.":
         return list(range(POOL))
     order = np.argsort(onsets, kind="stable")

@@ -5,13 +5,14 @@ campaigns/x.yaml ─load→ Spec ─resolve→ Problem
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from rvjax.allocation import Allocation, Gear, bounded_least_squares, pseudo_inverse, wrench
 from rvjax.closed_loop import Loop
-from rvjax.columns import Column
+from rvjax.columns import CHANNELS, Column
 from rvjax.dispersions import Dispersions, resolve
 from rvjax.errors import CampaignError, Finding
 from rvjax.family import component, members
@@ -19,6 +20,7 @@ from rvjax.faults.interface import FaultParameters
 from rvjax.metrics.interface import Metric
 from rvjax.saturation import SATURATIONS
 from rvjax.spec import Model, Quantity, Source, Spec, parse, validate
+from rvjax.spec.actuators import Thrusters, actuator_names
 from rvjax.spec.distributions import Fixed
 from rvjax.spec.notation import did_you_mean
 from rvjax.spec.schedule import Schedule
@@ -81,8 +83,11 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
     spec, findings, source = parse(path, overrides)
     metrics: tuple[Metric, ...] = tuple(component("metrics", name) for name in members("metrics"))
     parameters: dict[Place, Model] = {}
+    names = actuator_names((source.value or {}).get("actuators"))
     for section, place, raw in _entries(source):
-        model, more = _parameters(section, place, raw, source)
+        if section == "faults" and not names:
+            continue  # nobody knows what may fail before the actuators are right
+        model, more = _parameters(section, place, raw, source, names if section == "faults" else CHANNELS)
         findings += more
         if model is not None:
             parameters[place] = model
@@ -112,6 +117,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
             disturbances=tuple(build[choice.path] for choice in spec.disturbances),
             navigation=tuple(build[choice.path] for choice in spec.navigation),
             sampling=spec.horizon.control_steps,
+            gear=_gear(spec.actuators) if isinstance(spec.actuators, Thrusters) else None,
         ),
         metrics=metrics,
         controller=part[spec.controller.path],
@@ -121,6 +127,16 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         dispersions=resolve(spec, spec.quantities() | drawn),
         fingerprint=spec.fingerprint(parameters),
     )
+
+
+def _gear(thrusters: Thrusters) -> Gear:
+    """Allocation by the nominal layout, and what its thrusts give."""
+    layout = thrusters.geometry
+    allocations: Mapping[str, Callable[[], Allocation]] = {
+        "bounded-least-squares": lambda: bounded_least_squares(layout),
+        "pseudo-inverse": lambda: pseudo_inverse(layout, thrusters.centre),
+    }
+    return Gear(allocations[thrusters.allocation](), wrench(layout))
 
 
 def _entries(source: Source) -> Iterator[tuple[str, Place, dict[str, Any]]]:
@@ -133,8 +149,10 @@ def _entries(source: Source) -> Iterator[tuple[str, Place, dict[str, Any]]]:
                 yield section, (section,) if index is None else (section, index), raw
 
 
-def _parameters(section: str, place: Place, raw: dict[str, Any], source: Source) -> tuple[Model | None, list[Finding]]:
-    """The parameters of one component, or every finding about them."""
+def _parameters(
+    section: str, place: Place, raw: dict[str, Any], source: Source, names: tuple[str, ...]
+) -> tuple[Model | None, list[Finding]]:
+    """The parameters of one component, or every finding about them. names: of the actuators that it is about."""
     known = SATURATIONS if section == "saturation" else members(FAMILY_OF[section])
     use = raw["use"]
     if use not in known:
@@ -142,7 +160,7 @@ def _parameters(section: str, place: Place, raw: dict[str, Any], source: Source)
     own = {key: value for key, value in raw.items() if key not in ("use", "name")}
     if section == "saturation":
         return validate(Model, own, place, source)
-    model, findings = validate(component(FAMILY_OF[section], use).parameters, own, place, source)
+    model, findings = validate(component(FAMILY_OF[section], use).parameters, own, place, source, names)
     if isinstance(model, FaultParameters):
         model = _only(model)
         findings += _late_onsets(model, place, source)
@@ -158,7 +176,7 @@ def _only(model: FaultParameters) -> FaultParameters:
         return replace(quantity, parts=tuple(part if channel in model.channels else idle for channel, part in parts))
 
     quantities = model.quantities().items()
-    return model.model_copy(update={name: masked(name, q) for name, q in quantities if q.shape == "channels"})
+    return model.model_copy(update={name: masked(name, q) for name, q in quantities if q.shape in ("channels", "thrusters")})
 
 
 def _late_onsets(model: FaultParameters, place: Place, source: Source) -> list[Finding]:

@@ -2,6 +2,13 @@
 
 ẏ = rate(t, y),   y = (relative motion, target motion, the controller's own state)
 u = F(t, h(v)),   total wrench = u + d(t, y)
+u = B F(t, f),  f = x f_max,  x = allocation(h(v))    where thrusters fly
+
+Thrusts follow the command at every instant, as the six channels do; a controller with a period holds both. The bounded problem
+is solved where a step begins and followed from there (`rvjax.allocation`). Allocation knows the nominal thrusters: what it opens
+is a share x of each, and the drawn largest thrust f_max (modulated valves) and the faults come after it. Behind the faults too a
+thrust lies between 0 and f_max: no thruster pulls, none gives more than all.
+
 
 Faults, disturbances and navigation errors may have a memory, and a controller may be sampled: all of that is renewed where a step
 begins and held during the step, so that every stage of the integration sees the same smooth right-hand side.
@@ -15,7 +22,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from rvjax.algebra import Channels, Scalar, Vector, cross, shadow
+from rvjax.algebra import Channels, Scalar, Thrusts, Vector, cross, each, shadow
+from rvjax.allocation import Gear
 from rvjax.controllers.interface import Law, Response
 from rvjax.disturbances.interface import Disturbance
 from rvjax.dynamics import motion_rate, relative, target_alpha, target_rate
@@ -29,7 +37,8 @@ from rvjax.state import Motion, Numbers, Plant, Seen, State, Step, TargetMotion,
 class Loop(NamedTuple):
     """Structure: which functions close the loop. Fixed when the flight is compiled.
 
-    sampling: steps between two instants at which the controller looks and commands; 0: it acts continuously.
+    sampling: steps between two instants at which the controller looks and commands; 0: it acts continuously. gear: of thrusters,
+    where they fly.
     """
 
     law: Law
@@ -38,6 +47,7 @@ class Loop(NamedTuple):
     disturbances: tuple[Disturbance, ...]
     navigation: tuple[Instrument, ...] = ()
     sampling: int = 0
+    gear: Gear | None = None
 
 
 class Drawn(NamedTuple):
@@ -65,29 +75,32 @@ class Sampled(NamedTuple):
 
 
 class Held(NamedTuple):
-    """What is renewed where a step begins and held during it: the memories of the components, in the order of the campaign, and
-    what a sampled controller goes by (empty where it acts continuously)."""
+    """What is renewed where a step begins and held during it: the memories of the components, in the order of the campaign, what
+    a sampled controller goes by (empty where it acts continuously), and what the allocation led to there (empty without)."""
 
     faults: tuple[Any, ...]
     disturbances: tuple[Any, ...]
     navigation: tuple[Any, ...]
     control: Sampled | tuple[()]
+    solved: Any = ()
 
 
 def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
     """y(0): σ by its MRP of norm ≤ 1, the controller started on what it sees; and what is held before the first step begins."""
     motion = first = drawn.motion._replace(sigma=shadow(drawn.motion.sigma))
     zero = drawn.plant.upper * 0.0
+    idle = able(drawn.plant) * 0.0
     tick = Tick(0, drawn.rules.step_s * 0.0, drawn.rules.step_s)
     navigation: list[Any] = []
     for one, own in zip(loop.navigation, drawn.navigation, strict=True):
         navigation.append(one.start(first, own))
         first = one.see(tick.t, first, one.keep(tick, first, navigation[-1], own), own)
     held = Held(
-        faults=tuple(fault.start(zero, own) for fault, own in zip(loop.faults, drawn.faults, strict=True)),
+        faults=tuple(fault.start(idle, own) for fault, own in zip(loop.faults, drawn.faults, strict=True)),
         disturbances=tuple(one.start(own) for one, own in zip(loop.disturbances, drawn.disturbances, strict=True)),
         navigation=tuple(navigation),
         control=Sampled(tick.t, first, drawn.target, zero) if loop.sampling else (),
+        solved=loop.gear.allocation.idle(zero) if loop.gear is not None else (),
     )
     view = seen(tick.t, first, drawn.target, alpha(drawn.target, drawn.plant), drawn)
     return State(motion, drawn.target, loop.law.start(view, drawn.gains)), held
@@ -103,7 +116,7 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
     response, control = commands(loop, drawn, view, y.control, actuators, held.control, tick)
 
     commanded, _ = actuators(response.command)
-    applied, faults = behind_faults(loop, drawn, t, commanded, held.faults, tick)
+    applied, thrusts, faults, solved = actuated(loop, drawn, t, commanded, held, tick)
     known = relative(y.motion, y.target, alpha_t, plant.port)
     disturbance, disturbances = pushes(loop, drawn, t, y, known, held.disturbances, tick)
 
@@ -113,8 +126,9 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
         target=target_rate(y.target, alpha_t),
         control=response.rate,
     )
-    step = Step(t, y.motion, motion, y.target, plant, response.command, commanded, applied, disturbance, response.report)
-    return rate, step, Held(faults, disturbances, navigation, control)
+    command = response.command
+    step = Step(t, y.motion, motion, y.target, plant, command, commanded, applied, disturbance, response.report, thrusts)
+    return rate, step, Held(faults, disturbances, navigation, control, solved)
 
 
 def alpha(target: TargetMotion, plant: Plant) -> Vector:
@@ -160,14 +174,36 @@ def commands(
     return response._replace(command=command), last._replace(command=command)
 
 
+def able(plant: Plant) -> Any:
+    """What every fault takes as the true limit of an actuator: the largest thrusts, or the upper limits of the channels."""
+    return plant.thrust if isinstance(plant.thrust, Thrusts) else plant.upper
+
+
+def actuated(
+    loop: Loop, drawn: Drawn, t: Scalar, commanded: Channels, held: Held, tick: Tick | None
+) -> tuple[Channels, Thrusts | tuple[()], tuple[Any, ...], Any]:
+    """(applied wrench, thrusts behind the faults, memories of the faults, that of the allocation) from the commanded wrench."""
+    most = drawn.plant.thrust
+    if loop.gear is None or not isinstance(most, Thrusts):
+        applied, faults = behind_faults(loop, drawn, t, commanded, held.faults, tick)
+        return applied, (), faults, held.solved
+    allocation = loop.gear.allocation
+    solved = held.solved if tick is None else allocation.solve(commanded)
+    opened = allocation.follow(commanded, solved) * most
+    failed, faults = behind_faults(loop, drawn, t, opened, held.faults, tick)
+    thrusts = each(lambda f, top: jnp.clip(f, 0.0, top), failed, most)
+    return loop.gear.wrench(thrusts), thrusts, faults, solved
+
+
 def behind_faults(
-    loop: Loop, drawn: Drawn, t: Scalar, wrench: Channels, memories: tuple[Any, ...], tick: Tick | None
-) -> tuple[Channels, tuple[Any, ...]]:
-    """The wrench after every fault in turn, in the order of the campaign, and the memories."""
+    loop: Loop, drawn: Drawn, t: Scalar, wrench: Any, memories: tuple[Any, ...], tick: Tick | None
+) -> tuple[Any, tuple[Any, ...]]:
+    """The wrench, or the thrusts, after every fault in turn, in the order of the campaign, and the memories."""
+    limit = able(drawn.plant)
     kept: list[Any] = []
     for fault, own, memory in zip(loop.faults, drawn.faults, memories, strict=True):
         now = memory if tick is None else fault.keep(tick, wrench, memory, own)
-        wrench = fault.act(t, wrench, now, drawn.plant.upper, own)
+        wrench = fault.act(t, wrench, now, limit, own)
         kept.append(now)
     return wrench, tuple(kept)
 

@@ -11,9 +11,13 @@ from rvjax import process
 from rvjax.batch import LANES
 from rvjax.campaign import Problem
 from rvjax.draw import Draws
+from rvjax.spec.actuators import Thrusters
 
 STEPS_PER_S_PER_CORE = 1.2e6
 """Assumed speed of float64 flights, a cautious one; `docs/performance.md` has a measurement."""
+
+SLOWER = {"bounded-least-squares": 10.0}
+"""How many times longer a step takes with an allocation; docs/model.md has a measurement."""
 
 START_S = 14.0
 """Assumed time to start, compile, trace the worst flights and write the report."""
@@ -48,5 +52,6 @@ def cost(problem: Problem) -> Cost:
     columns = len(draws.values) + len(problem.metric_columns) + 3
     chunks = math.ceil(spec.samples / LANES)
     steps = spec.samples * spec.horizon.steps
-    flown = chunks * LANES * spec.horizon.steps / (STEPS_PER_S_PER_CORE * process.cores())
+    slower = SLOWER.get(spec.actuators.allocation, 1.0) if isinstance(spec.actuators, Thrusters) else 1.0
+    flown = slower * chunks * LANES * spec.horizon.steps / (STEPS_PER_S_PER_CORE * process.cores())
     return Cost(spec.samples, len(draws.values), chunks, steps, START_S + flown, BYTES_BASE + 3.0 * 8.0 * columns * spec.samples)

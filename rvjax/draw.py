@@ -14,14 +14,15 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax.algebra import Channels, Symmetric, Vector, inverse, rotate, rotation
+from rvjax.algebra import Channels, Symmetric, Thrusts, Vector, inverse, rotate, rotation
 from rvjax.campaign import NEVER, Part, Problem
 from rvjax.closed_loop import Drawn
-from rvjax.columns import CHANNELS, Column
+from rvjax.columns import Column
 from rvjax.dynamics import MU_EARTH
 from rvjax.metrics.interface import Rules
 from rvjax.samplers.interface import Points
 from rvjax.spec import Quantity
+from rvjax.spec.actuators import Thrusters
 from rvjax.spec.inertia import Inertia, MatrixInertia
 from rvjax.spec.schedule import Schedule
 from rvjax.state import Motion, Numbers, Plant, TargetMotion
@@ -79,10 +80,12 @@ class Draws:
         return drawn
 
     def take(self, name: str, quantity: Quantity) -> Any:
-        """A quantity as the number, Vector or Channels that flies."""
+        """A quantity as the number, Vector, Channels or Thrusts that flies."""
         drawn = self.parts(name, quantity)
         if quantity.shape == "scalar":
             return drawn[0]
+        if quantity.shape == "thrusters":
+            return Thrusts(drawn)
         return Vector(*drawn) if quantity.shape == "vector" else Channels.of(drawn)
 
     def same(self, value: float) -> Values:
@@ -106,12 +109,11 @@ class Draws:
         """A random key for every sample: four whole numbers of 16 bits, which float32 holds exactly as well."""
         return tuple(np.floor(self._moved(name, uniforms(self.seed, name, self.samples), ()) * 65536.0).T)
 
-    def scheduled(self, part: Part, schedule: Schedule, onset: Channels) -> Channels:
-        """The onsets of those channels that fail in each sample, +∞ for the others; what flies is what is kept."""
+    def scheduled(self, part: Part, schedule: Schedule, onset: Channels | Thrusts) -> Channels | Thrusts:
+        """The onsets of those channels or thrusters that fail in each sample, +∞ for the others; what flies is what is kept."""
         quantity, name = part.quantities["onset_s"], f"{part.prefix}.onset_s"
-        able = {
-            channel: values for channel, values, law in zip(CHANNELS, onset.parts(), quantity.parts, strict=True) if law != NEVER
-        }
+        rows = list(zip(quantity.components, onset.parts(), quantity.parts, strict=True))
+        able = {channel: values for channel, values, law in rows if law != NEVER}
         own = f"{part.prefix}.schedule"
         starts = schedule.arrange(
             able, lambda what, count: self.take(f"{own}.{what}", count), lambda what: self.uniform(f"{own}.{what}")
@@ -121,7 +123,7 @@ class Draws:
         self.keep(
             f"{own}.failing", np.sum([np.isfinite(x) for x in starts.values()], axis=0, dtype=float), "1", "channels that fail"
         )
-        return Channels.of(tuple(starts.get(channel, values) for channel, values in zip(CHANNELS, onset.parts(), strict=True)))
+        return onset.like(tuple(starts.get(channel, values) for channel, values, _ in rows))
 
     def keep(self, name: str, values: Values, unit: str, doc: str) -> None:
         """Makes it a column of the table."""
@@ -139,7 +141,7 @@ class Draws:
 
 def _drawn(problem: Problem, draws: Draws) -> Drawn:
     spec = problem.spec
-    start, actuators = spec.start, spec.actuators.quantities("actuators")
+    start = spec.start
     upper = draws.take("actuators.upper", spec.actuators.upper)
     lower = draws.take("actuators.lower", spec.actuators.lower)
     port = draws.take("target.port_m", spec.target.port_m)
@@ -151,8 +153,7 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
             mass=draws.take("pursuer.mass_kg", spec.pursuer.mass_kg),
             inertia=inertia,
             inertia_inverse=inverse(inertia),
-            upper=upper * draws.take("actuators.spread.upper", actuators["actuators.spread.upper"]),
-            lower=lower * draws.take("actuators.spread.lower", actuators["actuators.spread.lower"]),
+            **_true_limits(problem, draws, upper, lower),
             target_inertia=target_inertia,
             target_inertia_inverse=inverse(target_inertia),
             port=port,
@@ -173,6 +174,16 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
         gains=draws.numbers(problem.controller, below="gains"),
         rules=_rules(problem, draws, port, faults),
     )
+
+
+def _true_limits(problem: Problem, draws: Draws, upper: Channels, lower: Channels) -> dict[str, Any]:
+    """The limits with their spread. With thrusters it is their largest thrusts that are spread, not the limits."""
+    actuators = problem.spec.actuators
+    spread = {name: draws.take(name, own) for name, own in actuators.quantities("actuators").items() if "spread" in name}
+    if isinstance(actuators, Thrusters):
+        nominal = Thrusts(tuple(map(draws.same, actuators.geometry.most)))
+        return {"upper": upper, "lower": lower, "thrust": nominal * spread["actuators.spread"]}
+    return {"upper": upper * spread["actuators.spread.upper"], "lower": lower * spread["actuators.spread.lower"]}
 
 
 def _inertia(name: str, inertia: Inertia, draws: Draws) -> Symmetric:

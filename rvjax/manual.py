@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any
+from typing import Any, get_args
 
 from rvjax import saturation
 from rvjax.campaign import FAMILY_OF
@@ -27,6 +27,8 @@ CHAPTERS = (
     "nussbaum",
     "differentiator",
     "saturation",
+    "allocation",
+    "spec.layout",
     "closed_loop",
     "flight",
     "rk4",
@@ -84,17 +86,19 @@ def pages_called(name: str) -> list[Page]:
     section = fields.get(name)
     found = [one for one in pages if name in (one.name, one.family)]
     found += [one for one in pages if one.family == "metrics" and one not in found and _gives(one, name)]
-    if name in CHAPTERS:
-        origin = f"{HERE}.{name}"
+    chapters = {chapter.rpartition(".")[2]: f"{HERE}.{chapter}" for chapter in CHAPTERS}
+    if name in chapters:
+        origin = chapters[name]
         found.insert(0, Page("chapter", name, origin, inspect.getdoc(import_module(origin)) or "", ()))
     laws = forms()
     if name in laws:
         form, law = laws[name]
         found.append(Page("distribution", name, law.__module__, f"{form}\n\n{inspect.getdoc(law) or ''}", ()))
-    if inspect.isclass(section) and issubclass(section, Model):
-        found.append(Page("campaign file", name, HERE, inspect.getdoc(section) or "", tuple(_rows(section))))
+    for form in (section, *get_args(section)):  # the second of several forms, and so on, has a page of its own
+        if inspect.isclass(form) and issubclass(form, Model):
+            found.append(Page("campaign file", name, HERE, inspect.getdoc(form) or "", tuple(_rows(form))))
     if not found:
-        known = {one.name for one in pages} | fields.keys() | laws.keys() | set(CHAPTERS)
+        known = {one.name for one in pages} | fields.keys() | laws.keys() | chapters.keys()
         known |= {row[0].partition(".")[0] for one in pages if one.family == "metrics" for row in one.rows}
         near = ", ".join(difflib.get_close_matches(name, known, n=3))
         raise UsageError(f"{name}: nothing is called so; {f'did you mean {near}?' if near else 'see `rvjax list`'}")

@@ -4,7 +4,7 @@ Where a draw is a number of the flight, it is read. Where numbers of the flight 
 again, by other formulas and from the columns of the table alone:
 
     J = Σ Jᵢ aᵢaᵢᵀ,  aᵢ = eᵢ turned by the tilt about the axis (Rodrigues' formula)
-    limit = nominal limit · spread
+    limit = nominal limit · spread,  largest thrust = nominal one · spread
     r = r(a, e, ν),  v = v(a, e, ν) in the perifocal frame, by vis-viva and the flight path angle; turned by the MRP as a matrix
 """
 
@@ -22,7 +22,9 @@ from rvjax.closed_loop import Drawn
 from rvjax.draw import Draws
 from rvjax.dynamics import MU_EARTH
 from rvjax.spec import Quantity
+from rvjax.spec.actuators import Thrusters
 from rvjax.spec.inertia import Inertia, MatrixInertia
+from rvjax.spec.layout import thruster_names
 
 Values = NDArray[np.float64]
 
@@ -75,12 +77,17 @@ def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]
 
 
 def _one(draws: Draws, name: str, value: Any) -> Iterator[Reading]:
-    """A scalar, or the components of a vector or of the channels, as far as they are drawn."""
+    """A scalar, or the components of a vector, of the channels or of the thrusters, as far as they are drawn."""
     parts = value.parts() if hasattr(value, "parts") else (value,)
-    suffixes = {1: ("",), 3: (".x", ".y", ".z"), 6: (".fx", ".fy", ".fz", ".tx", ".ty", ".tz")}[len(parts)]
+    known = {1: ("",), 3: (".x", ".y", ".z"), 6: (".fx", ".fy", ".fz", ".tx", ".ty", ".tz")}
+    suffixes = known.get(len(parts)) or tuple(f".{name}" for name in thruster_names(len(parts)))
     for suffix, inside in zip(suffixes, parts, strict=True):
         if (own := f"{name}{suffix}") in draws.values:
             yield Reading((own,), draws.values[own], inside)
+
+
+def _parts(value: Any) -> tuple[Any, ...]:
+    return value.parts()
 
 
 def _schedule(draws: Draws, part: Part, own: Any) -> Iterator[Reading]:
@@ -96,7 +103,12 @@ def _schedule(draws: Draws, part: Part, own: Any) -> Iterator[Reading]:
 def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
     spec, plant = problem.spec, numbers.plant
     actuators = spec.actuators.quantities("actuators")
-    for side, true in (("upper", plant.upper), ("lower", plant.lower)):
+    if isinstance(spec.actuators, Thrusters):
+        said = _said(draws, "actuators.spread", actuators["actuators.spread"])
+        for (factor, *columns), most, inside in zip(said, spec.actuators.geometry.most, _parts(plant.thrust), strict=True):
+            yield Reading(tuple(columns), most * factor, inside, exact=False)
+    sides = () if isinstance(spec.actuators, Thrusters) else (("upper", plant.upper), ("lower", plant.lower))
+    for side, true in sides:
         nominal, spread = f"actuators.{side}", f"actuators.spread.{side}"
         rows = zip(_said(draws, nominal, actuators[nominal]), _said(draws, spread, actuators[spread]), true.parts(), strict=True)
         for (limit, *first), (factor, *second), inside in rows:

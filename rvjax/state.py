@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import jax
 
-from rvjax.algebra import Channels, Scalar, Symmetric, Vector
+from rvjax.algebra import Channels, Scalar, Symmetric, Thrusts, Vector
 
 
 class Motion(NamedTuple):
@@ -41,7 +41,8 @@ class TargetMotion(NamedTuple):
 class Plant(NamedTuple):
     """The drawn truth. A controller never gets it.
 
-    centre: of mass, from the point about which the actuators' torques are counted, in P [m].
+    centre: of mass, from the point about which the actuators' torques are counted, in P [m]. thrust: the largest of each
+    thruster [N]; where thrusters fly, upper and lower are nominal.
     """
 
     mass: Scalar
@@ -53,6 +54,7 @@ class Plant(NamedTuple):
     target_inertia_inverse: Symmetric
     port: Vector
     centre: Vector
+    thrust: Thrusts | tuple[()] = ()
 
 
 class Seen(NamedTuple):
@@ -95,7 +97,7 @@ class Step(NamedTuple):
     """Everything at one instant of a flight, as metrics and traces see it.
 
     seen: the motion as it is measured. command: v before the saturation; commanded: h(v); applied: after the faults;
-    disturbance: added to it [N, N·m].
+    disturbance: added to it [N, N·m]. thrusts: after the faults, where thrusters fly [N].
     """
 
     t: Scalar
@@ -108,6 +110,7 @@ class Step(NamedTuple):
     applied: Channels
     disturbance: Channels
     report: Report
+    thrusts: Thrusts | tuple[()] = ()
 
 
 class State(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax.algebra import Channels, Symmetric, Vector
+from rvjax.algebra import Channels, Symmetric, Thrusts, Vector
 from rvjax.batch import Flown
 from rvjax.campaign import Problem
 from rvjax.columns import AXES, CHANNELS, Column
@@ -122,11 +122,17 @@ def _series(steps: list[Step], signals: Mapping[str, Column], measured: bool) ->
         for i, channel in enumerate(CHANNELS):
             unit = "1" if form == "ctl.chi" else _channel_unit(channel)
             yield Column(f"{form}_{channel}", unit, text), [get(step).parts()[i] for step in steps]
+    for i in range(len(_thrusts(first))):
+        yield Column(f"thrust_t{i + 1}_N", "N", f"thrust of t{i + 1} behind the faults"), [_thrusts(s)[i] for s in steps]
     for name, meaning in signals.items():
         for suffix in _named_parts(first.report.signals[name]):
             unit = _channel_unit(suffix[1:]) if meaning.unit == WRENCH else meaning.unit
             column = Column(f"ctl.{name}{suffix}", unit, f"{meaning.description}, a signal of the controller")
             yield column, [_named_parts(step.report.signals[name])[suffix] for step in steps]
+
+
+def _thrusts(step: Step) -> tuple[Any, ...]:
+    return step.thrusts.parts() if isinstance(step.thrusts, Thrusts) else ()
 
 
 def _named_parts(value: Any) -> dict[str, Any]:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rvjax.cli.app import Json, Samples, Seed, Sets, app, overrides
 from rvjax.cli.output import Output
+
+if TYPE_CHECKING:
+    from rvjax.spec.layout import Margin
 
 
 @app.command()
@@ -45,9 +48,12 @@ def validate(
     output = Output(as_json)
     findings = []
     costs: dict[str, Cost] = {}
+    losses: dict[str, list[Margin]] = {}
     for file in files:
         try:
-            costs[str(file)] = cost(load(file, overrides(sets, samples, seed)))
+            problem = load(file, overrides(sets, samples, seed))
+            costs[str(file)] = cost(problem)
+            losses[str(file)] = problem.spec.actuators.losses
         except CampaignError as error:
             findings += error.findings
     if findings:
@@ -55,9 +61,17 @@ def validate(
     proofs: dict[str, dict[str, object]] = {}
     for file, one in costs.items():
         output.text(f"{file}: {one}")
+        if losses[file]:
+            alike: dict[tuple[str, ...], list[str]] = {}
+            for loss in losses[file]:
+                alike.setdefault((str(loss.rank), f"{loss.share:.3f}", loss.channel), []).append(loss.lost)
+            output.table(
+                ("one lost", "rank", "limits left", "first on"), [(", ".join(names), *row) for row, names in alike.items()]
+            )
         if audit:
             proofs[file] = _prove(file, overrides(sets, samples, seed), output)
-    output.document({file: vars(one) | proofs.get(file, {}) for file, one in costs.items()})
+    found = {file: {"single_losses": [vars(loss) for loss in own]} if own else {} for file, own in losses.items()}
+    output.document({file: vars(one) | found[file] | proofs.get(file, {}) for file, one in costs.items()})
     return 0
 
 

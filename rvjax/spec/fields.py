@@ -25,14 +25,17 @@ from pydantic import (
     ModelWrapValidatorHandler,
     ValidationError,
     create_model,
+    ValidationInfo,
     model_validator,
 )
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined, core_schema
 
+from rvjax.columns import CHANNELS
 from rvjax.errors import Finding
 from rvjax.spec import units
 from rvjax.spec.forms import distribution, drawn_attitude, joint_distribution
+from rvjax.spec.layout import MOST
 from rvjax.spec.notation import Range, Reader, did_you_mean, with_unit
 from rvjax.spec.problem import Problem, problems, refuse
 from rvjax.spec.quantity import Quantity, Shape
@@ -132,8 +135,16 @@ class Declared(ABC):
     def json_schema(self) -> dict[str, Any]:
         """What the key accepts, as JSON Schema."""
 
+    def flown(self, names: tuple[str, ...]) -> Declared:
+        """The same, of the actuators that a campaign flies, by their names."""
+        del names
+        return self
+
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
+        def read(raw: Any, info: ValidationInfo) -> Any:
+            return self.flown(actuators(info)).read(raw)
+
+        return core_schema.with_info_plain_validator_function(read)
 
     def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         return self.json_schema()
@@ -165,17 +176,24 @@ class DeclaredNumber(Declared):
 
 @dataclass(frozen=True)
 class DeclaredQuantity(Declared):
-    """A quantity, fixed or drawn. largest_norm: the most that |X| may be, in the key's unit."""
+    """A quantity, fixed or drawn. largest_norm: the most that |X| may be, in the key's unit; thrusters: how many."""
 
     shape: Shape
     largest_norm: float | None = None
+    thrusters: int = 0
+
+    def flown(self, names: tuple[str, ...]) -> Declared:
+        """Of the thrusters in the place of the channels, where they fly."""
+        if self.shape != "channels" or names == CHANNELS:
+            return self
+        return replace(self, shape="thrusters", thrusters=len(names))
 
     def read(self, raw: Any) -> Quantity | None:
         """The quantity in SI; None only where the field may be left out."""
         if raw is None and self.optional:
             return None
         reader = Reader(self.symbol, self.range)
-        parts, joint = reader.quantity(self.shape, raw)
+        parts, joint = reader.quantity(self.shape, raw, self.thrusters)
         if reader.problems:
             refuse(*reader.problems)
         quantity = Quantity(self.shape, parts, joint, self.unit, self.doc)
@@ -203,11 +221,17 @@ class DeclaredQuantity(Declared):
             "required": ["force", "torque"],
             "additionalProperties": False,
         }
-        return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 6), {"type": "object", **halves}]}
+        return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 6, MOST), {"type": "object", **halves}]}
 
 
-def _list_of(items: dict[str, Any], count: int) -> dict[str, Any]:
-    return {"type": "array", "items": items, "minItems": count, "maxItems": count}
+def _list_of(items: dict[str, Any], count: int, most: int = 0) -> dict[str, Any]:
+    return {"type": "array", "items": items, "minItems": count, "maxItems": most or count}
+
+
+def actuators(info: ValidationInfo) -> tuple[str, ...]:
+    """The names of the actuators that the campaign flies: those of the channels unless `validate` was told others."""
+    context: Mapping[str, Any] = info.context or {}
+    return context.get("actuators", CHANNELS)
 
 
 def _declared(info: FieldInfo) -> Declared | None:
@@ -248,7 +272,7 @@ def vector(unit: str, norm_at_most: float | None = None, **declaration: Unpack[D
 
 
 def channels(unit: str, **declaration: Unpack[Declaration]) -> Any:
-    """Six numbers fx, fy, fz, tx, ty, tz, fixed or drawn; the range holds for each channel."""
+    """Six numbers fx, fy, fz, tx, ty, tz, fixed or drawn, of a fault also one a thruster; the range holds for each."""
     return _field(DeclaredQuantity, unit, declaration, shape="channels")
 
 
@@ -298,10 +322,12 @@ def retuned(model: type[M], **defaults: float) -> type[M]:
     return create_model(model.__name__, __base__=model, __module__=model.__module__, **fields)
 
 
-def validate(model: type[M], raw: Mapping[str, Any], place: Place, source: Source) -> tuple[M | None, list[Finding]]:
-    """What a campaign says at a place as a model, or every finding about it."""
+def validate(
+    model: type[M], raw: Mapping[str, Any], place: Place, source: Source, names: tuple[str, ...] = CHANNELS
+) -> tuple[M | None, list[Finding]]:
+    """What a campaign says at a place as a model, or every finding about it. names: of the actuators that it is about."""
     try:
-        return model.model_validate(dict(raw)), []
+        return model.model_validate(dict(raw), context={"actuators": names}), []
     except ValidationError as error:
         below = (problem.below(place) for problem in problems(error))
         return None, [source.finding(p.place, p.found, p.accepted, p.at_key) for p in below]

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
 from pydantic import PrivateAttr, ValidationInfo, field_validator
 
 from rvjax.errors import CampaignError, Finding
+from rvjax.spec.actuators import AnyActuators
 from rvjax.spec.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
 from rvjax.spec.correlate import Correlation
 from rvjax.spec.csvfile import attach
-from rvjax.spec.fields import Model, channels, count, number, option, part, scalar, validate, vector
+from rvjax.spec.fields import Model, count, number, option, part, scalar, validate, vector
 from rvjax.spec.inertia import Inertia
 from rvjax.spec.keep import Keep
 from rvjax.spec.overrides import override
@@ -125,20 +126,6 @@ class Start(Model):
     omega_rad_s: Quantity = vector("rad/s", default=0.0, doc="relative angular velocity")
 
 
-class Actuators(Model):
-    """−lower ≤ commanded wrench ≤ upper on each channel, each of the twelve limits times its own draw of spread."""
-
-    upper: Quantity = channels("N, N·m", above=0.0, doc="upper limits")
-    lower: Quantity = channels("N, N·m", above=0.0, doc="lower limits, as positive numbers")
-    spread: Quantity = scalar("1", default=1.0, above=0.0, doc="factor on each limit, drawn independently for each")
-
-    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
-        """With the spread of each of the twelve limits: `spread.upper` and `spread.lower`."""
-        six = replace(self.spread, shape="channels", parts=self.spread.parts * 6)
-        limits = {"upper": self.upper, "lower": self.lower, "spread.upper": six, "spread.lower": six}
-        yield from ((prefix + name, quantity) for name, quantity in limits.items())
-
-
 class Capture(Model):
     """Captured: inside both tubes during the whole closing window."""
 
@@ -172,7 +159,7 @@ class Spec(Model):
     target: Target = part(default={}, doc="the body to dock with")
     pursuer: Pursuer = part(doc="the body that docks")
     start: Start = part(doc="relative motion at t = 0")
-    actuators: Actuators = part(doc="limits of the six channels")
+    actuators: AnyActuators = part(doc="limits of the six channels, or thrusters")
     saturation: Annotated[Choice, OneChoice()] = part(
         default={"use": "smooth-tanh"}, doc="how a command is brought inside the limits"
     )

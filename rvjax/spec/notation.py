@@ -2,7 +2,7 @@
 
 A vector is a list of three of them, a joint distribution (box, ball, direction, …), or one of them for every component,
 drawn independently. Channels are a list of six, one for every channel, or `{force: …, torque: …}`, each a list of three
-or one for all three.
+or one for all three. Thrusters are a list of as many as there are, or one for every thruster.
 """
 
 from __future__ import annotations
@@ -127,8 +127,10 @@ class Reader:
     range: Range
     problems: list[Problem] = field(default_factory=list[Problem])
 
-    def quantity(self, shape: Shape, raw: Any) -> tuple[tuple[Distribution, ...], JointDistribution | None]:
+    def quantity(self, shape: Shape, raw: Any, thrusters: int = 0) -> tuple[tuple[Distribution, ...], JointDistribution | None]:
         """Parts and joint distribution of a quantity; worth nothing if problems were found."""
+        if shape == "thrusters":
+            return self.parts(raw, thrusters, ()), None
         if shape == "scalar":
             return (self.scalar(raw, ()),), None
         if shape == "channels":

@@ -1,4 +1,4 @@
-"""A number with its unit, fixed or drawn: one scalar, the three components of a vector, or the six channels."""
+"""A number with its unit, fixed or drawn: a scalar, the three components of a vector, the six channels, or one a thruster."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ from dataclasses import dataclass
 from typing import Literal
 
 from rvjax.spec.distributions import Distribution, Fixed, JointDistribution
+from rvjax.spec.layout import MOST, thruster_names
 
-Shape = Literal["scalar", "vector", "channels"]
+Shape = Literal["scalar", "vector", "channels", "thrusters"]
 
 COMPONENTS: dict[Shape, tuple[str, ...]] = {
     "scalar": (),
     "vector": ("x", "y", "z"),
     "channels": ("fx", "fy", "fz", "tx", "ty", "tz"),
+    "thrusters": thruster_names(MOST),
 }
+"""Of thrusters: as many of them as there are."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +36,9 @@ class Quantity:
 
     @property
     def components(self) -> tuple[str, ...]:
-        """() for a scalar; x, y, z; fx, fy, fz, tx, ty, tz."""
-        return COMPONENTS[self.shape]
+        """() for a scalar; x, y, z; fx, fy, fz, tx, ty, tz; t1, t2, …"""
+        names = COMPONENTS[self.shape]
+        return names[: len(self.parts)] if self.shape == "thrusters" else names
 
     def names(self, name: str) -> tuple[str, ...]:
         """Names of the components of a quantity called so: `start.rho_m.x`; its own name, of a scalar."""

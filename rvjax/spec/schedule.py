@@ -12,42 +12,49 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_validator
 
 from rvjax.columns import CHANNELS
-from rvjax.spec.fields import Model, number, option, scalar
+from rvjax.spec.fields import Model, actuators, number, option, scalar
 from rvjax.spec.problem import Problem, refuse
 from rvjax.spec.quantity import Quantity
 from rvjax.spec.values import describe, is_list
 
 Values = NDArray[np.float64]
 
-LIST_OF_CHANNELS = {"type": "array", "items": {"enum": list(CHANNELS)}, "minItems": 1, "uniqueItems": True}
+_NAME = {"anyOf": [{"enum": list(CHANNELS)}, {"type": "string", "pattern": "^t[1-9][0-9]?$"}]}
+LIST_OF_CHANNELS = {"type": "array", "items": _NAME, "minItems": 1, "uniqueItems": True}
 
 
-def _problem(names: Any, fewest: int) -> str:
-    """What is wrong with a list of channels; empty where nothing is."""
+def _problem(names: Any, fewest: int, known: tuple[str, ...]) -> str:
+    """What is wrong with a list of channels, or of thrusters; empty where nothing is."""
     if not is_list(names) or len(names) < fewest:
         return f"found {describe(names)}"
-    strange = [name for name in names if name not in CHANNELS]
-    repeated = [name for name in CHANNELS if names.count(name) > 1]
+    strange = [name for name in names if name not in known]
+    repeated = [name for name in known if names.count(name) > 1]
     return f"found {describe(strange[0])}" if strange else f"{repeated[0]} stands twice" if repeated else ""
 
 
-def channel_names(given: Any) -> tuple[str, ...]:
-    """`all`, or a list of channels, as their names."""
+def _words(known: tuple[str, ...]) -> str:
+    return ", ".join(known) if known == CHANNELS else f"{known[0]} to {known[-1]}"
+
+
+def channel_names(given: Any, info: ValidationInfo) -> tuple[str, ...]:
+    """`all`, or a list of channels, as their names; of thrusters where they fly."""
+    known = actuators(info)
     if given == "all":
-        return CHANNELS
-    if found := _problem(given, 1):
-        refuse(Problem(found, f"accepted: all, or a list out of {', '.join(CHANNELS)}, each once"))
+        return known
+    if found := _problem(given, 1, known):
+        refuse(Problem(found, f"accepted: all, or a list out of {_words(known)}, each once"))
     return tuple(given)
 
 
-def _groups(given: Any) -> tuple[tuple[str, ...], ...]:
+def _groups(given: Any, info: ValidationInfo) -> tuple[tuple[str, ...], ...]:
     if not is_list(given):
         refuse(Problem(f"found {describe(given)}", "accepted: a list of lists of channels, such as [[fx, tz]]"))
-    found = {index: _problem(group, 2) for index, group in enumerate(given)}
-    accepted = f"accepted: two or more out of {', '.join(CHANNELS)}, each once"
+    known = actuators(info)
+    found = {index: _problem(group, 2, known) for index, group in enumerate(given)}
+    accepted = f"accepted: two or more out of {_words(known)}, each once"
     if wrong := [Problem(words, accepted, (index,)) for index, words in found.items() if words]:
         refuse(*wrong)
     return tuple(map(tuple, given))

@@ -113,4 +113,5 @@ def test_the_variables_are_what_is_drawn(campaign: object) -> None:
     """Kills a draw that the names of a campaign cannot reach, and a name of a draw that there is not."""
     problem = load(campaign)  # type: ignore[arg-type]
     drawn = Draws.of(problem, np.arange(1))[0]
-    assert {name for one in problem.dispersions.variables.values() for name in one.draws} == drawn.values.keys()
+    values = {name for name in drawn.values if not name.endswith(".schedule.failing")}  # which is counted, not drawn
+    assert {name for one in problem.dispersions.variables.values() for name in one.draws} == values
