@@ -1,14 +1,19 @@
-"""How the numbers of a campaign are drawn: which variables there are, which of them are correlated.
+"""How the numbers of a campaign are drawn: which variables there are, which are correlated, which are drawn again.
 
 Spec, quantities ─resolve→ Dispersions ─at→ Points of samples ─draw→ …
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.bodies import bodies
 from rvjax.errors import CampaignError, Finding
+from rvjax.retries import LEAST_ACCEPTED, Retry, retries
 from rvjax.samplers.copula import Correlated, Group
 from rvjax.samplers.interface import Points, Sampler, Samples
 from rvjax.samplers.monte_carlo import MonteCarlo
@@ -20,15 +25,22 @@ from rvjax.spec.variables import Variable, variables
 
 @dataclass(frozen=True)
 class Dispersions:
-    """variables: by the name of their stream; groups: of correlated ones."""
+    """variables: by the name of their stream; groups: of correlated ones; retries: what is drawn again together."""
 
     variables: Mapping[str, Variable]
+    seed: int
     sampler: Sampler
     groups: tuple[Group, ...]
+    retries: tuple[Retry, ...]
 
-    def at(self, samples: Samples) -> Points:
-        """What decides the draws of some samples."""
-        return Correlated(self.sampler.at(samples), self.groups)
+    def at(self, samples: Samples) -> tuple[Points, dict[str, NDArray[np.int64]]]:
+        """What decides the draws of some samples, and how many draws of each were rejected, by name of the column."""
+        points = self.sampler.at(samples)
+        rejected: dict[str, NDArray[np.int64]] = {}
+        for retry in self.retries:
+            points, counts = retry.hold(points, self.groups, self.seed, samples)
+            rejected |= {f"{body.path}.rejected": counts for body in retry.bodies}
+        return Correlated(points, self.groups), rejected
 
 
 def resolve(spec: Spec, quantities: Mapping[str, Quantity]) -> Dispersions:
@@ -41,7 +53,11 @@ def resolve(spec: Spec, quantities: Mapping[str, Quantity]) -> Dispersions:
     findings = [*_groups(spec, names)]
     if findings:
         raise CampaignError(findings)
-    return Dispersions(drawn, MonteCarlo(spec.seed), tuple(Group.of(one) for one in spec.correlate))
+    groups = tuple(Group.of(one) for one in spec.correlate)
+    again = retries(bodies(spec), groups, drawn)
+    if findings := [*_seldom(spec, again, groups)]:
+        raise CampaignError(findings)
+    return Dispersions(drawn, spec.seed, MonteCarlo(spec.seed), groups, again)
 
 
 class _Names:
@@ -79,3 +95,13 @@ def _groups(spec: Spec, names: _Names) -> Iterator[Finding]:
                 yield spec.source.finding(place, f"{name} stands twice", accepted)
             else:
                 first[name] = spec.source.where(place)
+
+
+def _seldom(spec: Spec, again: Iterable[Retry], groups: tuple[Group, ...]) -> Iterator[Finding]:
+    """Findings about bodies of which hardly any draw can exist."""
+    for retry in again:
+        share = retry.accepted(groups)
+        if share < LEAST_ACCEPTED:
+            found = f"about {100.0 * share:.2g} % of the draws are of bodies that can exist"
+            accepted = f"accepted: distributions of which {100.0 * LEAST_ACCEPTED:g} % or more are"
+            yield spec.source.finding(tuple(retry.bodies[-1].path.split(".")), found, accepted)

@@ -14,7 +14,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax.algebra import Channels, Symmetric, Vector, inverse, rotate, rotation
+from rvjax.algebra import Channels, Vector, inverse, rotate, rotation
+from rvjax.bodies import bodies
 from rvjax.campaign import NEVER, Part, Problem
 from rvjax.closed_loop import Drawn
 from rvjax.columns import CHANNELS, Column
@@ -22,7 +23,6 @@ from rvjax.dynamics import MU_EARTH
 from rvjax.metrics.interface import Rules
 from rvjax.samplers.interface import Points
 from rvjax.spec import Quantity
-from rvjax.spec.inertia import Inertia, MatrixInertia
 from rvjax.spec.schedule import Schedule
 from rvjax.state import Motion, Numbers, Plant, TargetMotion
 from rvjax.streams import uniforms
@@ -46,7 +46,7 @@ class Draws:
     samples: NDArray[np.int64]
     seed: int
     moved: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict[str, NDArray[np.bool_]])
-    values: dict[str, Values] = field(default_factory=dict[str, Values])
+    values: dict[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
     columns: dict[str, Column] = field(default_factory=dict[str, Column])
     streams: dict[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
 
@@ -63,16 +63,12 @@ class Draws:
     def parts(self, name: str, quantity: Quantity) -> tuple[Values, ...]:
         """The components of a quantity, each of shape (samples,), in SI."""
         names = quantity.names(name)
-        if quantity.joint is not None:
-            block = quantity.joint.ppf(self.block(name, quantity.joint.uniforms, *names))
-            drawn = tuple(np.asarray(block)[:, index] for index in range(len(names)))
-            varies = [True] * len(names)
-        else:
-            varies = [part.uniforms > 0 for part in quantity.parts]
-            drawn = tuple(
-                part.ppf(self.block(own, 1, own)[:, 0]) if random else self.same(part.low)
-                for own, part, random in zip(names, quantity.parts, varies, strict=True)
-            )
+
+        def numbers(stream: str, count: int) -> Values:
+            return self.block(stream, count, *(names if quantity.joint is not None else (stream,)))
+
+        drawn = quantity.draw(name, numbers, len(self.samples))
+        varies = [part.uniforms > 0 for part in quantity.parts] or [True] * len(drawn)
         for own, random, values in zip(names, varies, drawn, strict=True):
             if random:
                 self.keep(own, values, quantity.unit, quantity.doc)
@@ -133,8 +129,13 @@ class Draws:
         cls, problem: Problem, samples: NDArray[np.int64], moved: Mapping[str, NDArray[np.bool_]] | None = None
     ) -> tuple[Self, Drawn]:
         """Everything about the given samples: the draws by name, and what flies."""
-        draws = cls(problem.dispersions.at(samples), samples, problem.spec.seed, moved or {})
-        return draws, _drawn(problem, draws)
+        points, rejected = problem.dispersions.at(samples)
+        draws = cls(points, samples, problem.spec.seed, moved or {})
+        drawn = _drawn(problem, draws)
+        for name, counts in rejected.items():
+            draws.values[name] = counts
+            draws.columns[name] = Column(f"draw.{name}", "1", "draws before this one that no body can have")
+        return draws, drawn
 
 
 def _drawn(problem: Problem, draws: Draws) -> Drawn:
@@ -143,8 +144,7 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
     upper = draws.take("actuators.upper", spec.actuators.upper)
     lower = draws.take("actuators.lower", spec.actuators.lower)
     port = draws.take("target.port_m", spec.target.port_m)
-    inertia = _inertia("pursuer.inertia_kgm2", spec.pursuer.inertia_kgm2, draws)
-    target_inertia = _inertia("target.inertia_kgm2", spec.target.inertia_kgm2, draws)
+    inertia, target_inertia = (body.drawn(draws.parts) for body in bodies(spec))
     faults = tuple(draws.numbers(part) for part in problem.faults)
     return Drawn(
         plant=Plant(
@@ -156,7 +156,7 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
             target_inertia=target_inertia,
             target_inertia_inverse=inverse(target_inertia),
             port=port,
-            centre=Vector(*(draws.same(0.0),) * 3),
+            centre=draws.take("pursuer.centre_of_mass_m", spec.pursuer.centre_of_mass_m),
         ),
         motion=Motion(
             draws.take("start.rho_m", start.rho_m),
@@ -173,24 +173,6 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
         gains=draws.numbers(problem.controller, below="gains"),
         rules=_rules(problem, draws, port, faults),
     )
-
-
-def _inertia(name: str, inertia: Inertia, draws: Draws) -> Symmetric:
-    """J = [Jxx Jxy Jxz; …] from its entries, or J = T diag(J₁, J₂, J₃) Tᵀ, T by the tilt about a uniformly drawn axis."""
-    if isinstance(inertia, MatrixInertia):
-        moments = draws.parts(f"{name}.moments", inertia.moments)
-        return Symmetric(*moments, *draws.parts(f"{name}.products", inertia.products))
-    moments = draws.parts(f"{name}.principal", inertia.principal)
-    if inertia.axis is None:
-        return Symmetric(*moments, *(draws.same(0.0),) * 3)
-    tilt = draws.take(f"{name}.tilt_rad", inertia.tilt_rad)
-    turn = rotation(draws.take(f"{name}.axis", inertia.axis) * np.tan(0.25 * tilt))
-    rows = [turn.a, turn.b, turn.c]
-
-    def entry(i: int, j: int) -> Values:
-        return np.sum([m * p * q for m, p, q in zip(moments, rows[i].parts(), rows[j].parts(), strict=True)], axis=0)
-
-    return Symmetric(*(entry(i, j) for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))))
 
 
 def _target(problem: Problem, draws: Draws) -> TargetMotion:

@@ -41,7 +41,8 @@ class TargetMotion(NamedTuple):
 class Plant(NamedTuple):
     """The drawn truth. A controller never gets it.
 
-    centre: of mass, from the point about which the actuators' torques are counted, in P [m].
+    inertia: about the centre of mass, in P; centre: of mass, from the reference point, about which the actuators' torques are
+    counted, in P [m].
     """
 
     mass: Scalar

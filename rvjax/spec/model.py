@@ -16,7 +16,7 @@ from rvjax.spec.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
 from rvjax.spec.correlate import Correlation
 from rvjax.spec.csvfile import attach
 from rvjax.spec.fields import Model, channels, count, number, option, part, scalar, validate, vector
-from rvjax.spec.inertia import Inertia
+from rvjax.spec.inertia import Inertia, check_centre
 from rvjax.spec.keep import Keep
 from rvjax.spec.overrides import override
 from rvjax.spec.problem import Problem, refuse
@@ -113,7 +113,15 @@ class Pursuer(Model):
     """The body that docks; its controller does not know these numbers."""
 
     mass_kg: Quantity = scalar("kg", above=0.0, doc="mass of the pursuer")
-    inertia_kgm2: Inertia = part(doc="inertia of the pursuer")
+    inertia_kgm2: Inertia = part(doc="inertia of the pursuer about its reference point")
+    centre_of_mass_m: Quantity = vector("m", default=0.0, doc="centre of mass, from the reference point, in the pursuer's frame")
+
+    @field_validator("centre_of_mass_m")
+    @classmethod
+    def _inside_the_body(cls, centre: Quantity, info: ValidationInfo) -> Quantity:
+        if {"mass_kg", "inertia_kgm2"} <= info.data.keys():
+            check_centre(info.data["inertia_kgm2"], info.data["mass_kg"], centre)
+        return centre
 
 
 class Start(Model):
