@@ -12,26 +12,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.bodies import bodies
+from rvjax.columns import ALEATORY, EPISTEMIC, Column
 from rvjax.errors import CampaignError, Finding
 from rvjax.retries import LEAST_ACCEPTED, Retry, retries
 from rvjax.samplers.copula import Correlated, Group
 from rvjax.samplers.interface import Points, Sampler, Samples
 from rvjax.samplers.monte_carlo import MonteCarlo
 from rvjax.spec import Quantity, Spec
-from rvjax.spec.notation import did_you_mean
-from rvjax.spec.values import shorten
-from rvjax.spec.variables import Variable, variables
+from rvjax.spec.names import Names, covers
+from rvjax.spec.variables import Variable
+from rvjax.spec.words import in_words
 
 
 @dataclass(frozen=True)
 class Dispersions:
-    """variables: by the name of their stream; groups: of correlated ones; retries: what is drawn again together."""
+    """variables: by the name of their stream; groups: of correlated ones; retries: what is drawn again together;
+    columns: the meaning of every draw, by name.
+    """
 
     variables: Mapping[str, Variable]
     seed: int
     sampler: Sampler
     groups: tuple[Group, ...]
     retries: tuple[Retry, ...]
+    columns: Mapping[str, Column]
 
     def at(self, samples: Samples) -> tuple[Points, dict[str, NDArray[np.int64]]]:
         """What decides the draws of some samples, and how many draws of each were rejected, by name of the column."""
@@ -48,41 +52,19 @@ def resolve(spec: Spec, quantities: Mapping[str, Quantity]) -> Dispersions:
 
     Errors: CampaignError with every finding about the names and groups that the campaign says.
     """
-    drawn = variables(quantities)
-    names = _Names(drawn, quantities)
-    findings = [*_groups(spec, names)]
+    names = Names(quantities)
+    findings = [*_groups(spec, names), *_unknown_kinds(spec, names)]
     if findings:
         raise CampaignError(findings)
     groups = tuple(Group.of(one) for one in spec.correlate)
-    again = retries(bodies(spec), groups, drawn)
+    again = retries(bodies(spec), groups, names.drawn)
     if findings := [*_seldom(spec, again, groups)]:
         raise CampaignError(findings)
-    return Dispersions(drawn, spec.seed, MonteCarlo(spec.seed), groups, again)
+    columns = _columns(spec, names.drawn, again)
+    return Dispersions(names.drawn, spec.seed, MonteCarlo(spec.seed), groups, again, columns)
 
 
-class _Names:
-    """The names that a campaign may say of its draws."""
-
-    def __init__(self, drawn: Mapping[str, Variable], quantities: Mapping[str, Quantity]) -> None:
-        self.variable = {name: variable for variable in drawn.values() for name in variable.draws}
-        self._fixed = {own for name, quantity in quantities.items() for own in quantity.names(name)}.difference(self.variable)
-
-    def scalar(self, name: str) -> tuple[str, str] | None:
-        """What is found and accepted where a name is not that of a draw with a law of its own."""
-        if name in self.variable:
-            law = self.variable[name].law
-            together = f"{shorten(name)} is drawn together with the others of {self.variable[name].name}"
-            return (
-                None if len(self.variable[name].draws) == 1 else (together, f"accepted: a draw with a law of its own, not {law}")
-            )
-        if name in self._fixed:
-            return f"{shorten(name)} is not drawn, it is fixed", "accepted: the name of a draw"
-        return f"{shorten(name)} is no draw", did_you_mean(
-            name, [own for own, one in self.variable.items() if len(one.draws) == 1]
-        )
-
-
-def _groups(spec: Spec, names: _Names) -> Iterator[Finding]:
+def _groups(spec: Spec, names: Names) -> Iterator[Finding]:
     """Findings about correlated groups: names that are none, and names that stand in two places."""
     first: dict[str, str] = {}
     for index, group in enumerate(spec.correlate):
@@ -95,6 +77,27 @@ def _groups(spec: Spec, names: _Names) -> Iterator[Finding]:
                 yield spec.source.finding(place, f"{name} stands twice", accepted)
             else:
                 first[name] = spec.source.where(place)
+
+
+def _unknown_kinds(spec: Spec, names: Names) -> Iterator[Finding]:
+    """Findings about names of epistemic draws that are none."""
+    for index, name in enumerate(spec.epistemic):
+        if wrong := names.beginning(name):
+            yield spec.source.finding(("epistemic", index), *wrong)
+
+
+def _columns(spec: Spec, drawn: Mapping[str, Variable], again: Iterable[Retry]) -> dict[str, Column]:
+    """The meaning of every draw, and of every count of rejected ones."""
+    correlated = {name for group in spec.correlate for name in group.variables}
+    found: dict[str, Column] = {}
+    for variable in drawn.values():
+        law = in_words(variable.law) + (", correlated" if variable.name in correlated else "")
+        for name in variable.draws:
+            kind = EPISTEMIC if any(covers(one, name) for one in spec.epistemic) else ALEATORY
+            found[name] = Column(f"draw.{name}", variable.unit, variable.doc, kind=kind, law=law)
+    for path in (f"{body.path}.rejected" for retry in again for body in retry.bodies):
+        found[path] = Column(f"draw.{path}", "1", "draws before this one that no body can have")
+    return found
 
 
 def _seldom(spec: Spec, again: Iterable[Retry], groups: tuple[Group, ...]) -> Iterator[Finding]:

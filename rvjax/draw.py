@@ -37,14 +37,15 @@ FAR = 2.0**-40
 class Draws:
     """Draws quantities for some samples and keeps, by name, what was drawn. Fixed numbers are not kept.
 
-    points: what decides the draws of the samples; seed: of the noise in flight. moved: for some streams, by name, (samples,)
-    whether a sample takes other numbers than its own from it; those of all other streams stay. streams: the columns that each
-    stream led to, in the order in which they were drawn.
+    points: what decides the draws of the samples; seed: of the noise in flight; meanings: of every draw with a law, by name.
+    moved: for some streams, by name, (samples,) whether a sample takes other numbers than its own from it; those of all other
+    streams stay. streams: the columns that each stream led to, in the order in which they were drawn.
     """
 
     points: Points
     samples: NDArray[np.int64]
     seed: int
+    meanings: Mapping[str, Column]
     moved: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict[str, NDArray[np.bool_]])
     values: dict[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
     columns: dict[str, Column] = field(default_factory=dict[str, Column])
@@ -122,7 +123,8 @@ class Draws:
     def keep(self, name: str, values: Values, unit: str, doc: str) -> None:
         """Makes it a column of the table."""
         self.values[name] = values
-        self.columns[name] = Column(f"draw.{name}", unit, doc)
+        known = self.meanings.get(name, Column(name, unit, doc))
+        self.columns[name] = Column(f"draw.{name}", unit, doc, kind=known.kind, law=known.law)
 
     @classmethod
     def of(
@@ -130,11 +132,11 @@ class Draws:
     ) -> tuple[Self, Drawn]:
         """Everything about the given samples: the draws by name, and what flies."""
         points, rejected = problem.dispersions.at(samples)
-        draws = cls(points, samples, problem.spec.seed, moved or {})
+        draws = cls(points, samples, problem.spec.seed, problem.dispersions.columns, moved or {})
         drawn = _drawn(problem, draws)
         for name, counts in rejected.items():
             draws.values[name] = counts
-            draws.columns[name] = Column(f"draw.{name}", "1", "draws before this one that no body can have")
+            draws.columns[name] = problem.dispersions.columns[name]
         return draws, drawn
 
 

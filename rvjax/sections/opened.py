@@ -32,6 +32,9 @@ from rvjax.totals import Totals, metric
 CONFIDENCE = 0.95
 """Of every two-sided interval in the report; a requirement brings its own."""
 
+REJECTED = ".rejected"
+"""End of the name of a column that counts the draws that were rejected, and is no draw itself."""
+
 OVERLAID = 5
 """Worst flights that are drawn over the histories of all."""
 
@@ -84,7 +87,11 @@ class Run:
 
     def draws(self, pattern: str = ".*") -> list[str]:
         """Paths of the numeric draws (without `draw.`) that match a whole regular expression."""
-        return [path for path in self.totals.reach if re.fullmatch(pattern, path)]
+        return [path for path in self.totals.reach if re.fullmatch(pattern, path) and not path.endswith(REJECTED)]
+
+    def rejections(self) -> list[str]:
+        """Paths of the columns that count rejected draws."""
+        return [path for path in self.totals.reach if path.endswith(REJECTED)]
 
     def draw_of_head(self, path: str) -> NDArray[np.float64]:
         """(n,) drawn values in SI of the first samples, one for each row of `head`."""

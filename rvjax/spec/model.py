@@ -194,6 +194,7 @@ class Spec(Model):
         default=[], doc="controllers that fly the same draws, to compare with"
     )
     correlate: tuple[Correlation, ...] = part(default=[], doc="draws that are not independent")
+    epistemic: tuple[str, ...] = option(default=(), doc="names of draws, or beginnings of names, that are unknown and no chance")
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
     require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
@@ -247,10 +248,11 @@ class Spec(Model):
         parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
         """
         known = {choice.path: (parameters or {}).get(choice.path, choice.parameters) for choice in self.components}
-        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate"}
+        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate", "epistemic"}
         parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
         parts["parameters"] = {".".join(map(str, path)): value for path, value in known.items()}
         parts["correlate"] = sorted(group.ordered for group in self.correlate)
+        parts["epistemic"] = sorted(set(self.epistemic))
         text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 
