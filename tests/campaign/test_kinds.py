@@ -37,6 +37,8 @@ def test_a_name_and_the_beginning_of_names_are_epistemic() -> None:
     assert len(inertia) == 5  # one moment, the tilt, three components of its axis
     assert {column.kind for name, column in columns.items() if name not in epistemic} == {ALEATORY, ""}
     assert columns["pursuer.inertia_kgm2.rejected"].kind == ""
+    ball = load(CAMPAIGN, ["start.rho_m={ball: 5}", "epistemic=[start.rho_m.x]"]).dispersions.columns
+    assert [ball[f"start.rho_m.{axis}"].kind for axis in "xyz"] == [EPISTEMIC, ALEATORY, ALEATORY]
     assert columns["pursuer.inertia_kgm2.principal.x"].law == "normal (mean 22, sd 1)"
 
 

@@ -55,6 +55,8 @@ def test_rejections_are_told(run: Run) -> None:
 
 def test_a_count_of_rejections_drives_nothing(run: Run) -> None:
     """Kills: the count among the draws that go with the result, or that stand out."""
+    assert run.rejections() == ["pursuer.inertia_kgm2.rejected"]
+    assert not set(run.rejections()) & set(run.draws())
     for section in (drivers.section(run), worst.section(run)):
         assert "rejected" not in str(section)
 
