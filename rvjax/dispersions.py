@@ -11,13 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rvjax.basis import Independent
 from rvjax.bodies import bodies
 from rvjax.columns import ALEATORY, EPISTEMIC, Column
 from rvjax.errors import CampaignError, Finding
 from rvjax.retries import LEAST_ACCEPTED, Retry, retries
+from rvjax.samplers import basis_of
 from rvjax.samplers.copula import Correlated, Group
-from rvjax.samplers.interface import Points, Sampler, Samples
-from rvjax.samplers.monte_carlo import MonteCarlo
+from rvjax.samplers.interface import PLACE, Points, Sampler, Samples, Scheme, Setting
 from rvjax.spec import Quantity, Spec
 from rvjax.spec.names import Names, covers
 from rvjax.spec.variables import Variable
@@ -27,7 +28,7 @@ from rvjax.spec.words import in_words
 @dataclass(frozen=True)
 class Dispersions:
     """variables: by the name of their stream; groups: of correlated ones; retries: what is drawn again together;
-    columns: the meaning of every draw, by name.
+    extends: whether a run may go on with more samples; columns: the meaning of every draw, by name.
     """
 
     variables: Mapping[str, Variable]
@@ -35,6 +36,7 @@ class Dispersions:
     sampler: Sampler
     groups: tuple[Group, ...]
     retries: tuple[Retry, ...]
+    extends: bool
     columns: Mapping[str, Column]
 
     def at(self, samples: Samples) -> tuple[Points, dict[str, NDArray[np.int64]]]:
@@ -47,21 +49,23 @@ class Dispersions:
         return Correlated(points, self.groups), rejected
 
 
-def resolve(spec: Spec, quantities: Mapping[str, Quantity]) -> Dispersions:
-    """quantities: all that a campaign draws or fixes, by name.
+def resolve(spec: Spec, quantities: Mapping[str, Quantity], scheme: Scheme) -> Dispersions:
+    """quantities: all that a campaign draws or fixes, by name. scheme: what its sampler makes.
 
     Errors: CampaignError with every finding about the names and groups that the campaign says.
     """
     names = Names(quantities)
-    findings = [*_groups(spec, names), *_unknown_kinds(spec, names)]
+    setting = Setting(spec.seed, spec.samples, names)
+    findings = [*_groups(spec, names), *_unknown_kinds(spec, names), *_unjudgeable(spec)]
+    findings += [spec.source.finding(one.place, one.found, one.accepted, one.at_key) for one in scheme.wrong(setting)]
     if findings:
         raise CampaignError(findings)
     groups = tuple(Group.of(one) for one in spec.correlate)
     again = retries(bodies(spec), groups, names.drawn)
-    if findings := [*_seldom(spec, again, groups)]:
+    if findings := [*_given_twice(spec, scheme, groups, again), *_seldom(spec, again, groups)]:
         raise CampaignError(findings)
     columns = _columns(spec, names.drawn, again)
-    return Dispersions(names.drawn, spec.seed, MonteCarlo(spec.seed), groups, again, columns)
+    return Dispersions(names.drawn, spec.seed, scheme.make(setting), groups, again, scheme.extends, columns)
 
 
 def _groups(spec: Spec, names: Names) -> Iterator[Finding]:
@@ -84,6 +88,26 @@ def _unknown_kinds(spec: Spec, names: Names) -> Iterator[Finding]:
     for index, name in enumerate(spec.epistemic):
         if wrong := names.beginning(name):
             yield spec.source.finding(("epistemic", index), *wrong)
+
+
+def _unjudgeable(spec: Spec) -> Iterator[Finding]:
+    """Requirements on samples that no verdict can be issued on."""
+    if spec.require and not isinstance(basis_of(spec), Independent):
+        found = f"requirements on samples of {spec.sampler.use}, which are not independent"
+        accepted = "accepted: none, or sampler: {use: monte-carlo}"
+        yield spec.source.finding(("require",), found, accepted, key=True)
+
+
+def _given_twice(spec: Spec, scheme: Scheme, groups: Iterable[Group], again: Iterable[Retry]) -> Iterator[Finding]:
+    """Findings about draws whose values the sampler says, and something else as well."""
+    correlated = {name for group in groups for name in group.names}
+    redrawn = {name for retry in again for name in retry.draws}
+    for name in scheme.given:
+        if name in correlated or name in redrawn:
+            why = "is correlated with others" if name in correlated else "is drawn again where no body can have it (reject)"
+            yield spec.source.finding(
+                PLACE, f"{name} has its values from {spec.sampler.use}, but {why}", "accepted: one of the two"
+            )
 
 
 def _columns(spec: Spec, drawn: Mapping[str, Variable], again: Iterable[Retry]) -> dict[str, Column]:

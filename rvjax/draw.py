@@ -69,11 +69,21 @@ class Draws:
             return self.block(stream, count, *(names if quantity.joint is not None else (stream,)))
 
         drawn = quantity.draw(name, numbers, len(self.samples))
+        drawn = tuple(
+            self.said(own, name if quantity.joint is not None else own, values) for own, values in zip(names, drawn, strict=True)
+        )
         varies = [part.uniforms > 0 for part in quantity.parts] or [True] * len(drawn)
         for own, random, values in zip(names, varies, drawn, strict=True):
             if random:
                 self.keep(own, values, quantity.unit, quantity.doc)
         return drawn
+
+    def said(self, name: str, stream: str, values: Values) -> Values:
+        """The values of a draw that the sampler says, but for samples whose numbers are moved; else those that are drawn."""
+        given = self.points.given(name)
+        if given is None:
+            return values
+        return np.where(self.moved[stream], values, given) if stream in self.moved else given
 
     def take(self, name: str, quantity: Quantity) -> Any:
         """A quantity as the number, Vector or Channels that flies."""

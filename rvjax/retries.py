@@ -33,10 +33,12 @@ TRIED = 4096
 
 @dataclass(frozen=True)
 class Retry:
-    """Bodies that are drawn again together, and the variables that are: by name, how many uniform numbers each takes."""
+    """Bodies that are drawn again together, and the variables that are: counts, how many uniform numbers each takes, by name;
+    draws: names of the draws."""
 
     bodies: tuple[Body, ...]
     counts: Mapping[str, int]
+    draws: frozenset[str]
 
     def accepted(self, groups: Iterable[Group]) -> float:
         """The share of first draws that are accepted, of TRIED independent ones of a seed of their own."""
@@ -77,6 +79,10 @@ class Held:
         """(samples, count) numbers in (0, 1)."""
         return self.numbers[name] if name in self.numbers else self.points.uniforms(name, count)
 
+    def given(self, name: str) -> Values | None:
+        """(samples,) values of a draw that the sampler says."""
+        return self.points.given(name)
+
 
 def retries(bodies: Iterable[Body], groups: Iterable[Group], drawn: Mapping[str, Variable]) -> tuple[Retry, ...]:
     """What is drawn again together: each body that rejects with its variables and all that is correlated with them."""
@@ -92,4 +98,10 @@ def retries(bodies: Iterable[Body], groups: Iterable[Group], drawn: Mapping[str,
         found = [one for one in found if not one[1] & names]
         together = (*(other for one in shared for other in one[0]), body)
         found.append((together, names.union(*(one[1] for one in shared))))
-    return tuple(Retry(together, {name: drawn[name].law.uniforms for name in sorted(names)}) for together, names in found)
+    return tuple(_retry(together, [drawn[name] for name in sorted(names)]) for together, names in found)
+
+
+def _retry(together: tuple[Body, ...], again: Iterable[Variable]) -> Retry:
+    again = list(again)
+    counts = {variable.name: variable.law.uniforms for variable in again}
+    return Retry(together, counts, frozenset(draw for variable in again for draw in variable.draws))

@@ -193,6 +193,9 @@ class Spec(Model):
     baselines: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
         default=[], doc="controllers that fly the same draws, to compare with"
     )
+    sampler: Annotated[Choice, OneChoice()] = part(
+        default={"use": "monte-carlo"}, doc="where the numbers of the samples come from"
+    )
     correlate: tuple[Correlation, ...] = part(default=[], doc="draws that are not independent")
     epistemic: tuple[str, ...] = option(default=(), doc="names of draws, or beginnings of names, that are unknown and no chance")
     capture: Capture = part(default={}, doc="when a sample counts as captured")
@@ -239,8 +242,8 @@ class Spec(Model):
 
     @property
     def components(self) -> tuple[Choice, ...]:
-        """Every component that is used, in the order of flight."""
-        return (self.controller, self.saturation, *self.faults, *self.disturbances, *self.navigation)
+        """Every component that is used."""
+        return (self.controller, self.saturation, *self.faults, *self.disturbances, *self.navigation, self.sampler)
 
     def fingerprint(self, parameters: Mapping[Place, Model] | None = None) -> str:
         """SHA-256 of all that determines draws and flights, in whatever order and whether defaults are written or not.

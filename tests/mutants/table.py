@@ -191,9 +191,7 @@ MUTANTS = (
         "-gains.gamma_mass * mass_rate",
         GRADIENT,
     ),
-    Mutant(
-        "sign of D̂ in α₂", "backstepping.py", "return bound * z / reach", "return -bound * z / reach", GRADIENT
-    ),
+    Mutant("sign of D̂ in α₂", "backstepping.py", "return bound * z / reach", "return -bound * z / reach", GRADIENT),
     Mutant(
         "sign of Ω×JΩ in Yθ",
         "backstepping.py",
