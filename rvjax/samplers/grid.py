@@ -25,6 +25,9 @@ from rvjax.spec.problem import Problem, refuse
 from rvjax.spec.values import describe, is_list, is_mapping, is_number
 
 MOST_LEVELS = 10_000
+MOST_SAMPLES = 10**9
+SHOWN = 8
+"""Numbers of levels that a message tells."""
 
 Levels = Mapping[str, int | tuple[float, ...]]
 
@@ -101,8 +104,9 @@ def scheme(parameters: Parameters) -> Scheme:
                 yield from outside(setting.names.drawn[name].law, given, place)
         product = math.prod(map(_count, levels.values()))
         if product != setting.samples:
-            words = " · ".join(str(_count(given)) for given in levels.values())
-            accepted = f"accepted: {product:,}, the combinations of the levels ({words})"
+            counts = " · ".join(str(_count(given)) for given in list(levels.values())[:SHOWN]) + " · …" * (len(levels) > SHOWN)
+            whole = f"{product:,}" if product <= MOST_SAMPLES else f"fewer levels: more than {MOST_SAMPLES:,} samples"
+            accepted = f"accepted: {whole}, the combinations of the levels ({counts})"
             yield Problem(f"{setting.samples:,} samples of a grid", accepted, ("samples",))
 
     def make(setting: Setting) -> Grid:

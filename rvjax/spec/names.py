@@ -10,6 +10,8 @@ from rvjax.spec.values import shorten
 from rvjax.spec.variables import Variable, variables
 from rvjax.spec.words import in_words
 
+MOST_SUGGESTIONS = 20
+
 Wrong = tuple[str, str]
 """What was found, and what is accepted."""
 
@@ -20,6 +22,7 @@ class Names:
     def __init__(self, quantities: Mapping[str, Quantity]) -> None:
         self.drawn: dict[str, Variable] = variables(quantities)
         self.variable = {name: variable for variable in self.drawn.values() for name in variable.draws}
+        self._asked = 0
         self._fixed = {own for name, quantity in quantities.items() for own in quantity.names(name)}.difference(self.variable)
 
     def draw(self, name: str) -> Wrong | None:
@@ -28,7 +31,7 @@ class Names:
             return None
         if name in self._fixed:
             return f"{shorten(name)} is not drawn, it is fixed", "accepted: the name of a draw"
-        return f"{shorten(name)} is no draw", _suggestion(name, list(self.variable))
+        return f"{shorten(name)} is no draw", self._suggestion(name, list(self.variable))
 
     def scalar(self, name: str) -> Wrong | None:
         """What is wrong with the name of a draw that has a law of its own."""
@@ -46,14 +49,15 @@ class Names:
             return f"nothing of {shorten(name)} is drawn", "accepted: names of draws, or beginnings of them"
         parts = [own.split(".") for own in self.variable]
         known = {".".join(steps[:length]): None for steps in parts for length in range(2, len(steps) + 1)}
-        return f"{shorten(name)} is no draw", _suggestion(name, list(known))
+        return f"{shorten(name)} is no draw", self._suggestion(name, list(known))
+
+    def _suggestion(self, name: str, known: Sequence[str]) -> str:
+        """The nearest name, of the first few that are asked for: comparing words takes time."""
+        self._asked += 1
+        said = did_you_mean(name, known) if self._asked <= MOST_SUGGESTIONS else ""
+        return said if said.startswith("did") else f"accepted: the name of a draw, such as {', '.join(known[:3])}"
 
 
 def covers(beginning: str, name: str) -> bool:
     """Whether a name is this one or begins with it: pursuer.inertia_kgm2 covers pursuer.inertia_kgm2.moments.x."""
     return name == beginning or name.startswith(f"{beginning}.")
-
-
-def _suggestion(name: str, known: Sequence[str]) -> str:
-    said = did_you_mean(name, known)
-    return said if said.startswith("did") else f"accepted: the name of a draw, such as {', '.join(known[:3])}"
