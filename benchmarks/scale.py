@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 
 from benchmarks.scan import build, resume
 from rvjax.results import RunFolder
+from rvjax.samplers import basis_of
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
 FLOWN = 12
@@ -128,7 +129,7 @@ def measure(campaign: Path) -> Costs:
             read = {chunk: next(folder.tables([chunk])) for chunk in chunks}
             read_back = each(chunks, lambda chunk: next(folder.tables([chunk])))
         began = time.perf_counter()
-        fold = Fold(problem.spec.require)
+        fold = Fold(problem.spec.require, basis_of(problem.spec))
         for chunk in range(MANY):
             _, frame, columns = read[chunks[chunk % FLOWN]]
             fold.add(chunk, frame.assign(sample=range(chunk * LANES, (chunk + 1) * LANES)), columns)

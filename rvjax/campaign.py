@@ -35,6 +35,7 @@ FAMILY_OF = {
     "faults": "faults",
     "disturbances": "disturbances",
     "navigation": "navigation",
+    "sampler": "samplers",
 }
 """Where the components of a section of the campaign file come from."""
 
@@ -94,10 +95,13 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
     findings += _unknown_metrics(source, [name for metric in metrics for name in metric.columns])
     if spec is None or findings:
         raise CampaignError(dict.fromkeys(findings))
+    if spec.sampler.path not in parameters:  # nothing was said: the default
+        parameters[spec.sampler.path] = component("samplers", spec.sampler.use).parameters()
     return _resolve(spec, parameters, metrics)
 
 
 def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metric, ...]) -> Problem:
+    sampler = component("samplers", spec.sampler.use)
     part: dict[Place, Part] = {}
     build: dict[Place, Any] = {}
     drawn: dict[str, Quantity] = {}
@@ -124,7 +128,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         faults=tuple(part[choice.path] for choice in spec.faults),
         disturbances=tuple(part[choice.path] for choice in spec.disturbances),
         navigation=tuple(part[choice.path] for choice in spec.navigation),
-        dispersions=resolve(spec, spec.quantities() | drawn),
+        dispersions=resolve(spec, spec.quantities() | drawn, sampler.build(parameters[spec.sampler.path])),
         fingerprint=spec.fingerprint(parameters),
     )
 

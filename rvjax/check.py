@@ -9,8 +9,9 @@ Every form counts successes k of n and compares the share p with a limit p0:
 
 PASS iff the lower bound of p is >= p0, FAIL iff its upper bound is < p0, UNDECIDED otherwise: each of the two is wrong
 with probability <= 1 - confidence, for every n and every p (Clopper-Pearson). The number of samples has to be fixed
-beforehand: judging again and again until it passes does not keep that promise. A sample that is not finite, or whose
-metric is NaN, is a failure. A campaign passes iff all its requirements do, which needs no correction of the confidence.
+beforehand: judging again and again until it passes does not keep that promise. Samples that are no independent draws of one
+law have no verdict: what judges them demands an `Independent`. A sample that is not finite, or whose metric is NaN, is a failure.
+A campaign passes iff all its requirements do, which needs no correction of the confidence.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
+from functools import singledispatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -27,14 +29,15 @@ import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax import spec
+from rvjax.basis import Basis, Exploration, Independent
 from rvjax.errors import IncompleteError, UsageError
 from rvjax.results import CAMPAIGN, Account, Column, RunFolder, Samples
+from rvjax.samplers import basis_of
 from rvjax.sketch import Sketch
 from rvjax.stats import (
     Estimate,
     clopper_pearson_lower,
     clopper_pearson_upper,
-    quantile_interval,
     wilks_smallest_n,
 )
 from rvjax.totals import AT_ONCE, Ledger
@@ -80,10 +83,11 @@ class Verdict:
 
 
 class Tally:
-    """How many of n samples comply with a requirement, counted exactly, and the distribution of its metric."""
+    """How many of n independent samples comply with a requirement, counted exactly, and the distribution of its metric."""
 
-    def __init__(self, requirement: Requirement) -> None:
+    def __init__(self, requirement: Requirement, basis: Independent) -> None:
         self.requirement = requirement
+        self._basis = basis
         self.n = self.successes = 0
         self._column: str | None = None
         self._unit = ""
@@ -117,12 +121,12 @@ class Tally:
     def verdict(self) -> Verdict:
         """What the samples counted so far say."""
         requirement, limit = self.requirement, _limit(self.requirement)
-        estimate = _share(self.successes, self.n, requirement.confidence)
+        estimate = self._basis.bounds(self.successes, self.n, requirement.confidence)
         verdict = "PASS" if estimate.low >= limit else "FAIL" if estimate.high < limit else "UNDECIDED"
         quantity = None
         if self._column and requirement.quantile is not None:
             self._take_in()
-            quantity = quantile_interval(self._sketch, requirement.quantile, 2.0 * requirement.confidence - 1.0)
+            quantity = self._basis.quantile(self._sketch, requirement.quantile, 2.0 * requirement.confidence - 1.0)
         more = _more(estimate, limit) if verdict == "UNDECIDED" else None
         outlook = f" {_outlook(more)}" if verdict == "UNDECIDED" else ""
         text = f"{verdict}: {_sentence(requirement, self.successes, limit, estimate, quantity, self._unit)}{outlook}"
@@ -130,10 +134,10 @@ class Tally:
 
 
 class Tallies:
-    """One fold of the samples for several requirements."""
+    """One fold of independent samples for several requirements."""
 
-    def __init__(self, requirements: Iterable[Requirement]) -> None:
-        self._tallies = tuple(Tally(requirement) for requirement in requirements)
+    def __init__(self, requirements: Iterable[Requirement], basis: Independent) -> None:
+        self._tallies = tuple(Tally(requirement, basis) for requirement in requirements)
 
     def add(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
         """Counts some more samples; UsageError names every metric or channel that their table lacks."""
@@ -152,19 +156,50 @@ class Tallies:
         return tuple(tally.verdict() for tally in self._tallies)
 
 
-def judge(requirement: Requirement, table: Samples | pd.DataFrame) -> Verdict:
-    """The verdict of a samples table on one requirement; UsageError where the table lacks its metric or channel."""
-    return judge_all([requirement], table)[0]
+class Unjudged:
+    """The fold of samples that no verdict can be issued on. UsageError where one is required of them."""
+
+    def __init__(self, requirements: Iterable[Requirement], basis: Exploration) -> None:
+        if any(True for _ in requirements):
+            raise UsageError(f"{basis.sentence}; accepted: a campaign without requirements, or sampler: {{use: monte-carlo}}")
+
+    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
+        """Counts nothing."""
+
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """None."""
+        return ()
 
 
-def judge_all(requirements: Iterable[Requirement], table: Samples | pd.DataFrame) -> tuple[Verdict, ...]:
+@singledispatch
+def tallies(basis: Basis, requirements: Iterable[Requirement]) -> Tallies | Unjudged:
+    """The fold of samples that stand on a basis: one that judges only if they are independent."""
+    raise TypeError(f"{basis} is no basis")
+
+
+@tallies.register(Independent)
+def _(basis: Independent, requirements: Iterable[Requirement]) -> Tallies:
+    return Tallies(requirements, basis)
+
+
+@tallies.register(Exploration)
+def _(basis: Exploration, requirements: Iterable[Requirement]) -> Unjudged:
+    return Unjudged(requirements, basis)
+
+
+def judge(requirement: Requirement, table: Samples | pd.DataFrame, basis: Independent) -> Verdict:
+    """The verdict of a table of independent samples; UsageError where the table lacks the requirement's metric or channel."""
+    return judge_all([requirement], table, basis)[0]
+
+
+def judge_all(requirements: Iterable[Requirement], table: Samples | pd.DataFrame, basis: Independent) -> tuple[Verdict, ...]:
     """The verdict on each requirement; UsageError names every metric or channel that the table lacks."""
-    tallies = Tallies(requirements)
+    counted = Tallies(requirements, basis)
     if isinstance(table, Samples):
-        tallies.add(table.frame, table.columns)
+        counted.add(table.frame, table.columns)
     else:
-        tallies.add(table, {})
-    return tallies.verdicts()
+        counted.add(table, {})
+    return counted.verdicts()
 
 
 def campaign_of(folder: RunFolder) -> Spec:
@@ -192,11 +227,12 @@ def reckon(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
         raise IncompleteError(
             f"{path}: {missing} of {folder.requested} samples are missing; `rvjax run` with the same --out flies them"
         )
-    ledger, tallies = Ledger(), Tallies(campaign_of(folder).require)
+    campaign, ledger = campaign_of(folder), Ledger()
+    counted = tallies(basis_of(campaign), campaign.require)
     for chunk, frame, columns in folder.tables():
         ledger.add(chunk, frame, columns)
-        tallies.add(frame, columns)
-    return ledger.account(folder.requested), tallies.verdicts()
+        counted.add(frame, columns)
+    return ledger.account(folder.requested), counted.verdicts()
 
 
 def exit_code(verdicts: Sequence[Verdict]) -> int:
@@ -240,12 +276,6 @@ def _limit(requirement: Requirement) -> float:
     if requirement.at_least is None:
         raise UsageError(f"{_label(requirement)}: no share is required; accepted: at_least or quantile")
     return requirement.at_least
-
-
-def _share(successes: int, n: int, confidence: float) -> Estimate:
-    low, high = clopper_pearson_lower(successes, n, confidence), clopper_pearson_upper(successes, n, confidence)
-    value = successes / n if n else math.nan
-    return Estimate(value, low, high, n, confidence, "Clopper-Pearson, each bound one-sided")
 
 
 def _more(estimate: Estimate, limit: float) -> int | None:

@@ -14,7 +14,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax.algebra import Channels, Symmetric, Thrusts, Vector, inverse, rotate, rotation
+from rvjax.algebra import Channels, Thrusts, Vector, inverse, rotate, rotation
+from rvjax.bodies import bodies
 from rvjax.campaign import NEVER, Part, Problem
 from rvjax.closed_loop import Drawn
 from rvjax.columns import Column
@@ -23,7 +24,6 @@ from rvjax.metrics.interface import Rules
 from rvjax.samplers.interface import Points
 from rvjax.spec import Quantity
 from rvjax.spec.actuators import Thrusters
-from rvjax.spec.inertia import Inertia, MatrixInertia
 from rvjax.spec.schedule import Schedule
 from rvjax.state import Motion, Numbers, Plant, TargetMotion
 from rvjax.streams import uniforms
@@ -38,16 +38,17 @@ FAR = 2.0**-40
 class Draws:
     """Draws quantities for some samples and keeps, by name, what was drawn. Fixed numbers are not kept.
 
-    points: what decides the draws of the samples; seed: of the noise in flight. moved: for some streams, by name, (samples,)
-    whether a sample takes other numbers than its own from it; those of all other streams stay. streams: the columns that each
-    stream led to, in the order in which they were drawn.
+    points: what decides the draws of the samples; seed: of the noise in flight; meanings: of every draw with a law, by name.
+    moved: for some streams, by name, (samples,) whether a sample takes other numbers than its own from it; those of all other
+    streams stay. streams: the columns that each stream led to, in the order in which they were drawn.
     """
 
     points: Points
     samples: NDArray[np.int64]
     seed: int
+    meanings: Mapping[str, Column]
     moved: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict[str, NDArray[np.bool_]])
-    values: dict[str, Values] = field(default_factory=dict[str, Values])
+    values: dict[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
     columns: dict[str, Column] = field(default_factory=dict[str, Column])
     streams: dict[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
 
@@ -64,20 +65,26 @@ class Draws:
     def parts(self, name: str, quantity: Quantity) -> tuple[Values, ...]:
         """The components of a quantity, each of shape (samples,), in SI."""
         names = quantity.names(name)
-        if quantity.joint is not None:
-            block = quantity.joint.ppf(self.block(name, quantity.joint.uniforms, *names))
-            drawn = tuple(np.asarray(block)[:, index] for index in range(len(names)))
-            varies = [True] * len(names)
-        else:
-            varies = [part.uniforms > 0 for part in quantity.parts]
-            drawn = tuple(
-                part.ppf(self.block(own, 1, own)[:, 0]) if random else self.same(part.low)
-                for own, part, random in zip(names, quantity.parts, varies, strict=True)
-            )
+
+        def numbers(stream: str, count: int) -> Values:
+            return self.block(stream, count, *(names if quantity.joint is not None else (stream,)))
+
+        drawn = quantity.draw(name, numbers, len(self.samples))
+        drawn = tuple(
+            self.said(own, name if quantity.joint is not None else own, values) for own, values in zip(names, drawn, strict=True)
+        )
+        varies = [part.uniforms > 0 for part in quantity.parts] or [True] * len(drawn)
         for own, random, values in zip(names, varies, drawn, strict=True):
             if random:
                 self.keep(own, values, quantity.unit, quantity.doc)
         return drawn
+
+    def said(self, name: str, stream: str, values: Values) -> Values:
+        """The values of a draw that the sampler says, but for samples whose numbers are moved; else those that are drawn."""
+        given = self.points.given(name)
+        if given is None:
+            return values
+        return np.where(self.moved[stream], values, given) if stream in self.moved else given
 
     def take(self, name: str, quantity: Quantity) -> Any:
         """A quantity as the number, Vector, Channels or Thrusts that flies."""
@@ -128,15 +135,21 @@ class Draws:
     def keep(self, name: str, values: Values, unit: str, doc: str) -> None:
         """Makes it a column of the table."""
         self.values[name] = values
-        self.columns[name] = Column(f"draw.{name}", unit, doc)
+        known = self.meanings.get(name, Column(name, unit, doc))
+        self.columns[name] = Column(f"draw.{name}", unit, doc, kind=known.kind, law=known.law)
 
     @classmethod
     def of(
         cls, problem: Problem, samples: NDArray[np.int64], moved: Mapping[str, NDArray[np.bool_]] | None = None
     ) -> tuple[Self, Drawn]:
         """Everything about the given samples: the draws by name, and what flies."""
-        draws = cls(problem.dispersions.at(samples), samples, problem.spec.seed, moved or {})
-        return draws, _drawn(problem, draws)
+        points, rejected = problem.dispersions.at(samples)
+        draws = cls(points, samples, problem.spec.seed, problem.dispersions.columns, moved or {})
+        drawn = _drawn(problem, draws)
+        for name, counts in rejected.items():
+            draws.values[name] = counts
+            draws.columns[name] = problem.dispersions.columns[name]
+        return draws, drawn
 
 
 def _drawn(problem: Problem, draws: Draws) -> Drawn:
@@ -145,8 +158,7 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
     upper = draws.take("actuators.upper", spec.actuators.upper)
     lower = draws.take("actuators.lower", spec.actuators.lower)
     port = draws.take("target.port_m", spec.target.port_m)
-    inertia = _inertia("pursuer.inertia_kgm2", spec.pursuer.inertia_kgm2, draws)
-    target_inertia = _inertia("target.inertia_kgm2", spec.target.inertia_kgm2, draws)
+    inertia, target_inertia = (body.drawn(draws.parts) for body in bodies(spec))
     faults = tuple(draws.numbers(part) for part in problem.faults)
     return Drawn(
         plant=Plant(
@@ -157,7 +169,7 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
             target_inertia=target_inertia,
             target_inertia_inverse=inverse(target_inertia),
             port=port,
-            centre=Vector(*(draws.same(0.0),) * 3),
+            centre=draws.take("pursuer.centre_of_mass_m", spec.pursuer.centre_of_mass_m),
         ),
         motion=Motion(
             draws.take("start.rho_m", start.rho_m),
@@ -184,24 +196,6 @@ def _true_limits(problem: Problem, draws: Draws, upper: Channels, lower: Channel
         nominal = Thrusts(tuple(map(draws.same, actuators.geometry.most)))
         return {"upper": upper, "lower": lower, "thrust": nominal * spread["actuators.spread"]}
     return {"upper": upper * spread["actuators.spread.upper"], "lower": lower * spread["actuators.spread.lower"]}
-
-
-def _inertia(name: str, inertia: Inertia, draws: Draws) -> Symmetric:
-    """J = [Jxx Jxy Jxz; …] from its entries, or J = T diag(J₁, J₂, J₃) Tᵀ, T by the tilt about a uniformly drawn axis."""
-    if isinstance(inertia, MatrixInertia):
-        moments = draws.parts(f"{name}.moments", inertia.moments)
-        return Symmetric(*moments, *draws.parts(f"{name}.products", inertia.products))
-    moments = draws.parts(f"{name}.principal", inertia.principal)
-    if inertia.axis is None:
-        return Symmetric(*moments, *(draws.same(0.0),) * 3)
-    tilt = draws.take(f"{name}.tilt_rad", inertia.tilt_rad)
-    turn = rotation(draws.take(f"{name}.axis", inertia.axis) * np.tan(0.25 * tilt))
-    rows = [turn.a, turn.b, turn.c]
-
-    def entry(i: int, j: int) -> Values:
-        return np.sum([m * p * q for m, p, q in zip(moments, rows[i].parts(), rows[j].parts(), strict=True)], axis=0)
-
-    return Symmetric(*(entry(i, j) for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))))
 
 
 def _target(problem: Problem, draws: Draws) -> TargetMotion:

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 
 import pandas as pd
 
-from rvjax.check import Tallies, Verdict
+from rvjax.basis import Basis
+from rvjax.check import Verdict, tallies
 from rvjax.columns import Column
 from rvjax.spec import Keep, Requirement
 from rvjax.totals import Totals
@@ -15,9 +16,9 @@ from rvjax.totals import Totals
 class Fold:
     """Totals and verdicts of a run, chunk by chunk, in any order: from a folder, or beside the flying."""
 
-    def __init__(self, require: Iterable[Requirement], keep: Keep | None = None) -> None:
+    def __init__(self, require: Iterable[Requirement], basis: Basis, keep: Keep | None = None) -> None:
         self.totals = Totals(keep)
-        self._tallies = Tallies(require)
+        self._tallies = tallies(basis, require)
 
     def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
         """Takes in the table of one chunk, which must not be changed afterwards.

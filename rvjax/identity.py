@@ -24,9 +24,13 @@ DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 
 NOT_FLYING = (
     *("cli", "executors", "report", "results", "sections"),
-    *("check.py", "doctor.py", "fold.py", "run.py", "sketch.py", "stats.py", "totals.py"),
+    *("basis.py", "check.py", "doctor.py", "fold.py", "run.py", "sketch.py", "stats.py", "totals.py"),
 )
 """Parts of this package that no number of a flight depends on."""
+
+
+PLAN = "plan"
+"""Of an identity: the sampler and the number of samples, where another number is another plan."""
 
 
 def identity(problem: Problem) -> dict[str, Any]:
@@ -38,6 +42,7 @@ def identity(problem: Problem) -> dict[str, Any]:
         "code": _code(),
         "components": _foreign(problem),
         "packages": {name: version(name) for name in DECIDING},
+        **({} if problem.dispersions.extends else {PLAN: {"use": problem.spec.sampler.use, "samples": problem.spec.samples}}),
         "lanes": LANES,
         **process.settings(),
     }

@@ -3,7 +3,8 @@
 Where a draw is a number of the flight, it is read. Where numbers of the flight are derived from draws, they are derived here
 again, by other formulas and from the columns of the table alone:
 
-    J = Σ Jᵢ aᵢaᵢᵀ,  aᵢ = eᵢ turned by the tilt about the axis (Rodrigues' formula)
+    J = Σ Jᵢ aᵢaᵢᵀ,  aᵢ = eᵢ turned by the tilt about the axis, or by the drawn rotation (Rodrigues' formula)
+    J_C = J − m c^× (c^×)ᵀ,  c the centre of mass
     limit = nominal limit · spread,  largest thrust = nominal one · spread
     r = r(a, e, ν),  v = v(a, e, ν) in the perifocal frame, by vis-viva and the flight path angle; turned by the MRP as a matrix
 """
@@ -17,16 +18,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rvjax.bodies import Body, bodies
 from rvjax.campaign import Part, Problem
 from rvjax.closed_loop import Drawn
 from rvjax.draw import Draws
 from rvjax.dynamics import MU_EARTH
 from rvjax.spec import Quantity
 from rvjax.spec.actuators import Thrusters
-from rvjax.spec.inertia import Inertia, MatrixInertia
+from rvjax.spec.inertia import MatrixInertia, PrincipalInertia
 from rvjax.spec.layout import thruster_names
 
 Values = NDArray[np.float64]
+
+WELL = 20.0
+"""Ratio of the largest to the smallest moment of inertia up to which J J⁻¹ = I is asked for to the last digits."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,7 @@ def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]
     plant, motion = numbers.plant, numbers.motion
     named: dict[str, Any] = {
         "pursuer.mass_kg": plant.mass,
+        "pursuer.centre_of_mass_m": plant.centre,
         "target.port_m": plant.port,
         "target.rate_rad_s": numbers.target.w,
         "start.rho_m": motion.rho,
@@ -113,17 +119,9 @@ def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading
         rows = zip(_said(draws, nominal, actuators[nominal]), _said(draws, spread, actuators[spread]), true.parts(), strict=True)
         for (limit, *first), (factor, *second), inside in rows:
             yield Reading((*first, *second), limit * factor, inside, exact=False)
-    bodies = (
-        ("pursuer.inertia_kgm2", spec.pursuer.inertia_kgm2, plant.inertia, plant.inertia_inverse),
-        ("target.inertia_kgm2", spec.target.inertia_kgm2, plant.target_inertia, plant.target_inertia_inverse),
-    )
-    for name, said, inertia, inverse in bodies:
-        found = list(_inertia(draws, name, said, inertia))
-        yield from found
-        columns = tuple(dict.fromkeys(column for reading in found for column in reading.columns))
-        product = _matrix(inertia) @ _matrix(inverse)
-        for i, j in np.ndindex(3, 3):
-            yield Reading(columns, draws.same(float(i == j)), product[:, i, j], exact=False)
+    found = ((plant.inertia, plant.inertia_inverse), (plant.target_inertia, plant.target_inertia_inverse))
+    for body, (inertia, inverse) in zip(bodies(spec), found, strict=True):
+        yield from _body(draws, body, inertia, inverse)
     yield from _orbit(problem, draws, numbers)
     yield from _rules(problem, draws, numbers)
 
@@ -137,23 +135,50 @@ def _said(draws: Draws, name: str, quantity: Quantity) -> list[tuple[Any, ...]]:
     ]
 
 
-def _inertia(draws: Draws, name: str, inertia: Inertia, true: Any) -> Iterator[Reading]:
-    if isinstance(inertia, MatrixInertia):
-        entries = [*_said(draws, f"{name}.moments", inertia.moments), *_said(draws, f"{name}.products", inertia.products)]
-        for (value, *columns), inside in zip(entries, true.parts(), strict=True):
-            yield Reading(tuple(columns), value, inside)
-        return
-    moments = _said(draws, f"{name}.principal", inertia.principal)
-    ((tilt, *tilted),) = _said(draws, f"{name}.tilt_rad", inertia.tilt_rad)
-    axis = [draws.values.get(f"{name}.axis.{one}", draws.same(float(one == "x"))) for one in "xyz"]
-    columns = [column for _, *drawn in moments for column in drawn]
-    columns += [*tilted, *(f"{name}.axis.{one}" for one in "xyz" if f"{name}.axis.{one}" in draws.values)]
-    turned = _rodrigues(np.stack(axis, axis=-1), tilt)
-    diagonal = np.stack([value for value, *_ in moments], axis=-1)
-    whole = np.einsum("nij,nj,nkj->nik", turned, diagonal, turned)
+def _body(draws: Draws, body: Body, true: Any, inverse: Any) -> Iterator[Reading]:
+    """The inertia about the centre of mass, and that its inverse is one where it is a body's: a moved draw may make none."""
+    expected, columns = _inertia(draws, body.path, body.inertia)
+    if body.beside:
+        (mass, *heavy), *centre = (item for name, one in body.beside.items() for item in _said(draws, name, one))
+        arm = _skew(np.stack([value for value, *_ in centre], axis=-1))
+        expected = expected - mass[:, None, None] * (arm @ np.swapaxes(arm, 1, 2))
+        columns += (*heavy, *(column for _, *drawn in centre for column in drawn))
+    inside = _matrix(true)
     places = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-    for (i, j), inside in zip(places, true.parts(), strict=True):
-        yield Reading(tuple(columns), whole[:, i, j], inside, exact=False)
+    entries = [
+        _said(draws, f"{body.path}.{name}", one) for name, one in body.inertia.quantities().items() if one.shape == "vector"
+    ]
+    plain = isinstance(body.inertia, MatrixInertia) and not body.beside
+    own = [tuple(column) for said in entries for _, *column in said] if plain else [columns] * len(places)
+    for (i, j), those in zip(places, own, strict=True):
+        yield Reading(those, expected[:, i, j], inside[:, i, j], exact=plain)
+    sizes = np.linalg.eigvalsh(inside)
+    clear = sizes[:, 0] * WELL > sizes[:, 2]
+    product = np.where(clear[:, None, None], inside @ _matrix(inverse), np.eye(3))
+    for i, j in np.ndindex(3, 3):
+        yield Reading(columns, draws.same(float(i == j)), product[:, i, j], exact=False)
+    if (name := f"{body.path}.rejected") in draws.values:  # it counts what does not fly
+        yield Reading((name,), draws.values[name], draws.values[name])
+
+
+def _inertia(draws: Draws, name: str, inertia: PrincipalInertia | MatrixInertia) -> tuple[Values, tuple[str, ...]]:
+    """(samples, 3, 3) J about the reference point, and the columns that it comes from."""
+    moments, products = inertia.entries
+    said = [*_said(draws, f"{name}.{'moments' if products else 'principal'}", moments)]
+    if products is not None:
+        said += _said(draws, f"{name}.products", products)
+        xx, yy, zz, yz, xz, xy = (value for value, *_ in said)
+        whole = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3)
+        return whole, tuple(column for _, *drawn in said for column in drawn)
+    assert isinstance(inertia, PrincipalInertia)
+    ((tilt, *tilted),) = _said(draws, f"{name}.tilt_rad", inertia.tilt_rad)
+    turning = "rotation" if inertia.attitude else "axis"
+    turn = [draws.values.get(f"{name}.{turning}.{one}", draws.same(float(one == "x"))) for one in "xyz"]
+    columns = [column for _, *drawn in said for column in drawn] + tilted
+    columns += [f"{name}.{turning}.{one}" for one in "xyz" if f"{name}.{turning}.{one}" in draws.values]
+    turned = _from_mrp(np.stack(turn, axis=-1)) if inertia.attitude else _rodrigues(np.stack(turn, axis=-1), tilt)
+    diagonal = np.stack([value for value, *_ in said], axis=-1)
+    return np.einsum("nij,nj,nkj->nik", turned, diagonal, turned), tuple(columns)
 
 
 def _matrix(symmetric: Any) -> Values:
@@ -178,11 +203,23 @@ def _rules(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
 
 def _rodrigues(axis: Values, angle: Values) -> Values:
     """(n, 3, 3) matrices whose columns are the coordinate axes turned by −angle about the axis: what R(a tan(angle/4)) is."""
-    x, y, z = axis.T
-    zero = x * 0.0
-    skew = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(-1, 3, 3)
+    skew = _skew(axis)
     sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
     return np.eye(3) - sine * skew + (1.0 - cosine) * (skew @ skew)
+
+
+def _skew(vector: Values) -> Values:
+    """(n, 3, 3) a^× of (n, 3) vectors."""
+    x, y, z = vector.T
+    zero = x * 0.0
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(-1, 3, 3)
+
+
+def _from_mrp(sigma: Values) -> Values:
+    """(n, 3, 3) R(σ) as the rotation by −4 arctan |σ| about σ."""
+    size = np.linalg.norm(sigma, axis=-1)
+    axis = np.where(size[:, None] > 0.0, sigma / np.where(size > 0.0, size, 1.0)[:, None], 0.0)
+    return _rodrigues(axis, 4.0 * np.arctan(size))
 
 
 def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
@@ -203,8 +240,7 @@ def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
     where = np.stack([distance * np.cos(anomaly), distance * np.sin(anomaly), flat], axis=-1)
     motion = np.stack([speed * np.cos(ahead), speed * np.sin(ahead), flat], axis=-1)
     sigma = np.stack([value for value, *_ in mrp], axis=-1)
-    size = np.linalg.norm(sigma, axis=-1)
-    turn = _rodrigues(np.where(size[:, None] > 0.0, sigma / np.where(size > 0.0, size, 1.0)[:, None], 0.0), 4.0 * np.arctan(size))
+    turn = _from_mrp(sigma)
     for vector, inside in ((where, numbers.target.r), (motion, numbers.target.v)):
         expected = np.einsum("nij,nj->ni", turn, vector)
         for row, values in zip(expected.T, inside.parts(), strict=True):

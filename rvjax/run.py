@@ -10,22 +10,25 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from rvjax import process
 from rvjax.audit import prove
 from rvjax.batch import LANES
 from rvjax.campaign import load
 from rvjax.check import Verdict
+from rvjax.errors import UsageError
 from rvjax.executors import Crew
 from rvjax.executors.inline import beside, inline
 from rvjax.fold import Fold
-from rvjax.identity import identity, provenance, short
+from rvjax.identity import PLAN, identity, provenance, short
 from rvjax.pilot import ENVELOPE_CHUNKS, Parcel, Pilot
 from rvjax.replay import Trace, recorded, trace
 from rvjax.results import BASELINES, Account, RunFolder
 from rvjax.results.manifest import NAME as MANIFEST
+from rvjax.samplers import basis_of
 from rvjax.spec.choice import Choice
 from rvjax.totals import wanted
 
@@ -69,10 +72,12 @@ def run(
     described = (mine, provenance(command, overrides), spec.source.text, spec.samples, spec.name)
     there = (place / MANIFEST).exists()
     inputs = spec.source.inputs
+    if there and PLAN in mine:
+        _same_plan(place, mine)
     folder = RunFolder.resume(place, *described, LANES, inputs) if there else RunFolder.create(place, *described, inputs)
     if opened is not None:
         opened(place)
-    fold = Fold(spec.require, spec.keep)
+    fold = Fold(spec.require, basis_of(spec), spec.keep)
     with folder:
         pilot = Pilot(problem, mine)
         _fly(pilot, folder, fold, crew, progress or (lambda done, total: None))
@@ -93,6 +98,17 @@ def instead(choice: Choice) -> tuple[str, ...]:
     """Overrides that put a baseline in the place of the controller under test."""
     said = {"use": choice.use, "name": choice.name, **choice.parameters}
     return f"controller={json.dumps(said)}", "baselines=[]"
+
+
+def _same_plan(place: Path, mine: Mapping[str, Any]) -> None:
+    """UsageError where the folder's samples are a plan of another number of them."""
+    theirs, ours = (identity.get(PLAN, {}) for identity in (RunFolder.open(place).identity, mine))
+    if theirs and ours and theirs["use"] == ours["use"] and theirs["samples"] != ours["samples"]:
+        raise UsageError(
+            f"{place}: {theirs['samples']} samples of {theirs['use']}, now {ours['samples']}: a plan cannot be extended or cut, "
+            f"another number of samples is another plan; go on with --samples {theirs['samples']}, or choose another folder "
+            "with --out"
+        )
 
 
 def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:

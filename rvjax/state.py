@@ -41,8 +41,8 @@ class TargetMotion(NamedTuple):
 class Plant(NamedTuple):
     """The drawn truth. A controller never gets it.
 
-    centre: of mass, from the point about which the actuators' torques are counted, in P [m]. thrust: the largest of each
-    thruster [N]; where thrusters fly, upper and lower are nominal.
+    inertia: about the centre of mass, in P; centre: of mass, from the reference point, about which the actuators' torques are
+    counted, in P [m]. thrust: the largest of each thruster [N]; where thrusters fly, upper and lower are nominal.
     """
 
     mass: Scalar

@@ -16,12 +16,19 @@ from numpy.typing import NDArray
 WORDS = 4
 """Words per sample and stream: the most numbers that one draw may consume."""
 
+NEAR, MOST_AT_ONCE = 200, 2**20
+"""Scattered samples are picked out of all between them where these are no more than so many for each: starting a stream at a
+sample takes as long as going on with it for some hundred."""
+
 
 def uniforms(seed: int, name: str, samples: NDArray[np.int64]) -> NDArray[np.float64]:
     """(samples, 4) numbers in (0, 1) of the stream `name`, for any sample numbers in any order."""
     key = np.frombuffer(hashlib.sha256(f"{seed}:{name}".encode()).digest()[:16], dtype="<u8")
     words = np.empty((len(samples), WORDS), dtype=np.uint64)
     breaks = np.flatnonzero(np.diff(samples) != 1) + 1
+    if len(breaks) and (span := int(np.ptp(samples)) + 1) <= min(NEAR * len(breaks), MOST_AT_ONCE):
+        first = int(samples.min())
+        return uniforms(seed, name, np.arange(first, first + span))[samples - first]
     for run in np.split(np.arange(len(samples)), breaks):
         if len(run):
             stream = np.random.Philox(key=key, counter=int(samples[run[0]]))

@@ -96,7 +96,7 @@ def draw(
             target_inertia=target_inertia,
             target_inertia_inverse=inverse(target_inertia),
             port=vector(4.0, -2.0, 1.5, by=0.5),
-            centre=vector(0.0, 0.0, 0.0),
+            centre=Vector(same(0.0), same(0.0), same(0.0)),
         ),
         motion=Motion(
             rho=vector(12.0, -9.0, 7.0, by=4.0),

@@ -128,13 +128,17 @@ def judge(folder: Path, output: Output) -> int:
 
 
 def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: Output) -> int:
-    from rvjax.check import exit_code
+    from rvjax.check import campaign_of, exit_code
+    from rvjax.results import RunFolder
+    from rvjax.samplers import basis_of
 
     counts = {name: count for name, count in vars(account).items() if name != "requested"}
     output.text(
         f"{account.requested} samples: " + ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in counts.items())
     )
     output.verdicts(verdicts)
+    if sentence := basis_of(campaign_of(RunFolder.open(folder))).sentence:
+        output.text(sentence)
     output.text(f"report: {folder / 'report.html'}")
     code = exit_code(verdicts)
     output.document({"folder": str(folder), "account": vars(account), "verdicts": verdict_documents(verdicts), "exit_code": code})

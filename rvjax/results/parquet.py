@@ -75,9 +75,10 @@ def samples_of(data: bytes) -> tuple[str, NDArray[np.int64] | None]:
 
 
 def _metadata(column: Column) -> dict[str, str]:
-    return {"unit": column.unit, "description": column.description, "better": column.better}
+    told = {"unit": column.unit, "description": column.description, "better": column.better}
+    return told | {name: text for name, text in (("kind", column.kind), ("law", column.law)) if text}
 
 
 def _column(field: pa.Field) -> Column:
     text = {key.decode(): value.decode() for key, value in (field.metadata or {}).items()}
-    return Column(field.name, text.get("unit", ""), text.get("description", ""), text.get("better", ""))
+    return Column(field.name, *(text.get(name, "") for name in ("unit", "description", "better", "kind", "law")))

@@ -65,3 +65,7 @@ class Correlated:
             if weight
         ]
         return np.clip(ndtr(sum(parts)), LEAST, MOST)[:, None]
+
+    def given(self, name: str) -> Values | None:
+        """(samples,) values of a draw that the sampler says."""
+        return self._points.given(name)

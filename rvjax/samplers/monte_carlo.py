@@ -1,31 +1,30 @@
-"""Monte Carlo: u = the stream of the variable at the sample, independent of every other variable and sample."""
+"""Monte Carlo: u = the stream of the variable at the sample, independent of every other variable and sample.
+
+The default. Samples are independent draws of the campaign's law, so bounds and verdicts hold; see `rvjax.streams`.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rvjax.samplers.interface import Samples, Values
-from rvjax.streams import uniforms
+from rvjax.basis import Independent
+from rvjax.samplers.interface import Samples, Sampling, Scheme, Streams
+from rvjax.spec import Model
+
+
+class Parameters(Model):
+    """There are none."""
 
 
 @dataclass(frozen=True)
 class MonteCarlo:
-    """Streams with names; see `rvjax.streams`."""
+    """Streams with names."""
 
     seed: int
 
     def at(self, samples: Samples) -> Streams:
         """The points of some samples."""
-        return Streams(self.seed, samples)
+        return Streams(self.seed, samples, {})
 
 
-@dataclass(frozen=True)
-class Streams:
-    """The streams of some samples."""
-
-    seed: int
-    samples: Samples
-
-    def uniforms(self, name: str, count: int) -> Values:
-        """(samples, count) numbers in (0, 1)."""
-        return uniforms(self.seed, name, self.samples)[:, :count]
+COMPONENT = Sampling(Parameters, lambda parameters: Scheme(lambda setting: MonteCarlo(setting.seed)), basis=Independent())

@@ -11,6 +11,7 @@ from rvjax.sections import (
     adaptation,
     captured,
     comparison,
+    dispersions,
     drivers,
     envelopes,
     others,
@@ -34,6 +35,7 @@ SECTIONS: tuple[Callable[[Run], Section | None], ...] = (
     others.section,
     worst.section,
     drivers.section,
+    dispersions.section,
     provenance.section,
 )
 

@@ -41,7 +41,7 @@ def _acts(values: Sketch) -> bool:
 def _figure(run: Run, names: list[str]) -> Drawing:
     figure, panels = plot.axes(1, len(names), 3.0)
     for axis, name in zip(panels, names, strict=True):
-        plot.distribution(axis, run.metric(name), plot.BLUE, label(name), CONFIDENCE)
+        plot.distribution(axis, run.metric(name), plot.BLUE, label(name), run.band)
         reach = [run.metric(name), Sketch(RUNAWAY)] if name == "peak_chi" else [run.metric(name)]
         plot.value_axis(axis.xaxis, reach, spread=10)
         plot.probability_axis(axis)
@@ -49,5 +49,6 @@ def _figure(run: Run, names: list[str]) -> Drawing:
         axis.set_xlabel(axis_label(label(name), run.column(name).unit))
         if name == "peak_chi":
             plot.limit(axis, RUNAWAY, "runaway")
-    text = f"Distribution functions over {run.flown:,d} samples with their {percent(CONFIDENCE)} band."
+    band = run.basis.words(f" with their {percent(CONFIDENCE)} band")
+    text = f"Distribution functions over {run.flown:,d} samples{band}."
     return Drawing("adaptation", text, figure)

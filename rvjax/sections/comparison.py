@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from matplotlib.axes import Axes
 
-from rvjax import stats
 from rvjax.sections import plot
 from rvjax.sections.opened import CONFIDENCE, Run
 from rvjax.sections.page import Cell, Drawing, Number, Section, Table
@@ -26,16 +25,20 @@ def section(run: Run) -> Section | None:
     if not run.baselines:
         return None
     all_of_them = {run.spec.controller.name: run.totals, **run.baselines}
-    shares = {name: _captured(name, totals) for name, totals in all_of_them.items()}
+    shares = {name: _captured(run, name, totals) for name, totals in all_of_them.items()}
     metrics = [(name, q) for name, q in _QUANTILES if all(name in totals.metrics for totals in all_of_them.values())]
     head = ("controller", "captured", *(f"{label(name)}, {percent(q) if q != 0.5 else 'median'}" for name, q in metrics))
-    rows = tuple((name, shares[name], *(_quantile(name, totals, *m) for m in metrics)) for name, totals in all_of_them.items())
+    rows = tuple(
+        (name, shares[name], *(_quantile(run, name, totals, *m) for m in metrics)) for name, totals in all_of_them.items()
+    )
     lost = {name: totals.counts.get("not_finite", 0) for name, totals in all_of_them.items()}
     notes = [f"{name}: {count(n)} flights ended not finite." for name, n in lost.items() if n]
+    intervals = (
+        f" Captured: Clopper–Pearson; quantiles: order statistics; {percent(CONFIDENCE)} confidence each. Each interval is that "
+        "of its controller by itself; on common draws a difference is known better than they tell."
+    )
     caption = (
-        f"Every controller on the same {count(run.flown)} draws of plant, disturbances and faults. Captured: Clopper–Pearson; "
-        f"quantiles: order statistics; {percent(CONFIDENCE)} confidence each. Each interval is that of its controller by itself; "
-        "on common draws a difference is known better than they tell."
+        f"Every controller on the same {count(run.flown)} draws of plant, disturbances and faults.{run.basis.words(intervals)}"
     )
     body = (_figure(run, all_of_them, shares), Table(caption, head, rows), *notes)
     return Section("comparison", "Controllers on the same draws", _lead(run, shares), body)
@@ -49,13 +52,13 @@ def _lead(run: Run, shares: dict[str, Number]) -> str:
     return f"{capital(best)} is captured most often: {spoken(shares[best])}. {own}: {spoken(shares[own])}."
 
 
-def _captured(name: str, totals: Totals) -> Number:
-    estimate = stats.clopper_pearson(totals.counts.get("captured", 0), totals.n, CONFIDENCE)
+def _captured(run: Run, name: str, totals: Totals) -> Number:
+    estimate = run.basis.share(totals.counts.get("captured", 0), totals.n, CONFIDENCE)
     return Number(f"comparison.{name}.captured", estimate, percent=True)
 
 
-def _quantile(name: str, totals: Totals, metric: str, q: float) -> Cell:
-    estimate = stats.quantile_interval(totals.metrics[metric], q, CONFIDENCE)
+def _quantile(run: Run, name: str, totals: Totals, metric: str, q: float) -> Cell:
+    estimate = run.basis.quantile(totals.metrics[metric], q, CONFIDENCE)
     unit = totals.columns[f"metric.{metric}"].unit
     return Number(f"comparison.{name}.{metric}.q{q * 100:g}", estimate, unit, percent=metric.startswith("saturation_duty"))
 
@@ -66,10 +69,11 @@ def _figure(run: Run, controllers: dict[str, Totals], shares: dict[str, Number])
     for row, (name, totals) in enumerate(controllers.items()):
         colour = plot.SERIES[row % len(plot.SERIES)]
         estimate = shares[name].estimate
-        ends = [[100 * (estimate.value - estimate.low)], [100 * (estimate.high - estimate.value)]]
+        low, high = plot.ends(estimate)
+        ends = [[100 * (estimate.value - low)], [100 * (high - estimate.value)]]
         left.errorbar([100 * estimate.value], [row], xerr=ends, fmt="o", ms=5, color=colour, capsize=2, lw=1.4)
         if "settling_time_s" in totals.metrics:
-            _curve(right, totals, colour, name, _STYLES[row // len(plot.SERIES) % len(_STYLES)])
+            _curve(run, right, totals, colour, name, _STYLES[row // len(plot.SERIES) % len(_STYLES)])
     left.set_yticks(range(len(controllers)), list(controllers))
     left.set_ylim(len(controllers) - 0.5, -0.5)
     left.set_xlim(-3, 103)
@@ -77,12 +81,13 @@ def _figure(run: Run, controllers: dict[str, Totals], shares: dict[str, Number])
     plot.probability_axis(right)
     right.set_xlabel("settling time, s")
     right.set_xlim(0, run.spec.horizon.duration_s)
-    text = "Left: captured share with its interval. Right: share of samples whose position has settled (▸: the others never do)."
+    interval = run.basis.words(" with its interval")
+    text = f"Left: captured share{interval}. Right: share of samples whose position has settled (▸: the others never do)."
     return Drawing("comparison", text, figure)
 
 
-def _curve(axis: Axes, totals: Totals, colour: str, name: str, style: object) -> None:
+def _curve(run: Run, axis: Axes, totals: Totals, colour: str, name: str, style: object) -> None:
     before = len(axis.lines)
-    plot.distribution(axis, totals.metrics["settling_time_s"], colour, name, CONFIDENCE)
+    plot.distribution(axis, totals.metrics["settling_time_s"], colour, name, run.basis.band(totals.n, CONFIDENCE))
     for line in axis.lines[before:]:
         line.set_linestyle(style)  # pyright: ignore[reportArgumentType]

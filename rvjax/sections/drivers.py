@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
-from scipy import stats as distributions
 
+from rvjax.basis import Observed
 from rvjax.sections import plot
 from rvjax.sections.opened import CONFIDENCE, Run
 from rvjax.sections.page import Drawing, Number, Section, Table
@@ -18,23 +15,6 @@ from rvjax.stats import Estimate
 _RESULTS = ("settling_time_s", "window_position_error_m")
 _SHOWN = 12
 _FEWEST = 30
-
-
-def rank_correlation(x: NDArray[np.float64], y: NDArray[np.float64], confidence: float) -> Estimate:
-    """Spearman's r with the interval tanh(artanh r ± z √((1 + r²/2) / (n − 3))).
-
-    `x`, `y`: (n,), n > 3, any units, infinities too. Without variation in x or y the value is 0, the interval [-1, 1].
-    Approximate: D. G. Bonett & T. A. Wright, Psychometrika 65 (2000) 23.
-    """
-    method = "Spearman rank correlation, Bonett-Wright interval, approximate"
-    ranks = [distributions.rankdata(values) for values in (x, y)]
-    if any(np.ptp(rank) == 0 for rank in ranks):
-        return Estimate(0.0, -1.0, 1.0, x.size, confidence, method)
-    r = float(np.corrcoef(*ranks)[0, 1])
-    centre = math.atanh(min(max(r, -1 + 1e-12), 1 - 1e-12))
-    half = float(special.ndtri((1 + confidence) / 2)) * math.sqrt((1 + r * r / 2) / (x.size - 3))
-    low, high = math.tanh(centre - half), math.tanh(centre + half)
-    return Estimate(r, min(low, r), max(high, r), x.size, confidence, method)
 
 
 def section(run: Run) -> Section:
@@ -47,21 +27,26 @@ def section(run: Run) -> Section:
         return Section("drivers", title, reason)
     confidence = 1 - (1 - CONFIDENCE) / (len(drawn) * len(results))
     values = {name: run.metric_of_head(name) for name in results}
-    found = {name: {path: rank_correlation(x, y, confidence) for path, x in drawn.items()} for name, y in values.items()}
+    found = {name: {path: run.basis.correlation(x, y, confidence) for path, x in drawn.items()} for name, y in values.items()}
     strength = {path: max(abs(found[name][path].value) for name in results) for path in drawn}
-    clear = [path for path in drawn if any(not e.low <= 0 <= e.high for e in (found[name][path] for name in results))]
+    clear = [
+        path for path in drawn if any(not low <= 0 <= high for low, high in (plot.ends(found[name][path]) for name in results))
+    ]
     leading = sorted(clear, key=lambda path: (-strength[path], path))[:_SHOWN]
     if not leading:
         return Section("drivers", title, f"None of the {len(drawn)} draws goes clearly with the result.")
+    intervals = (
+        f" Intervals: {percent(CONFIDENCE)} confidence for all {len(drawn) * len(results)} pairs at once (Bonferroni; each by "
+        "the approximation of Bonett and Wright)."
+    )
     caption = (
-        "Spearman rank correlation: +1 if the result always rises with the draw, −1 if it always falls. Intervals: "
-        f"{percent(CONFIDENCE)} confidence for all {len(drawn) * len(results)} pairs at once (Bonferroni; each by the "
-        f"approximation of Bonett and Wright). No proof of a cause, and a draw that acts both ways shows none.{run.of_head}"
+        "Spearman rank correlation: +1 if the result always rises with the draw, −1 if it always falls."
+        f"{run.basis.words(intervals)} No proof of a cause, and a draw that acts both ways shows none.{run.of_head}"
     )
     head = ("draw", *(label(name) for name in results))
     rows = tuple((path, *(Number(f"correlation.{name}.{path}", found[name][path]) for name in results)) for path in leading)
     lead = (
-        f"{len(clear)} of {len(drawn)} draws go clearly with the {' or the '.join(map(label, results))}; "
+        f"{len(clear)} of {len(drawn)} draws go{run.basis.words(' clearly')} with the {' or the '.join(map(label, results))}; "
         f"the strongest is {leading[0]}."
     )
     return Section("drivers", title, lead, (_figure(run, found, leading), Table(caption, head, rows)))
@@ -76,19 +61,24 @@ def _varied(run: Run) -> dict[str, NDArray[np.float64]]:
     return {path: x for path, x in drawn.items() if x.min() < x.max()}
 
 
-def _figure(run: Run, found: dict[str, dict[str, Estimate]], leading: list[str]) -> Drawing:
+def _figure(run: Run, found: dict[str, dict[str, Estimate | Observed]], leading: list[str]) -> Drawing:
     """Dot and interval per draw and result."""
     figure, (axis,) = plot.axes(1, 1, 0.34 * len(leading) + 1.1)
     axis.axvline(0, color=plot.INK, lw=0.8)
     for offset, colour, name in zip((-0.14, 0.14), (plot.BLUE, plot.RED), found, strict=False):
         estimates = [found[name][path] for path in leading]
         y = np.arange(len(leading)) + offset
-        x = np.array([(e.value, e.value - e.low, e.high - e.value) for e in estimates])
+        x = np.array(
+            [
+                (e.value, e.value - low, high - e.value)
+                for e, (low, high) in zip(estimates, map(plot.ends, estimates), strict=True)
+            ]
+        )
         axis.errorbar(x[:, 0], y, xerr=x[:, 1:].T, fmt="o", ms=4, color=colour, capsize=2, lw=1.2, label=label(name))
     axis.set_yticks(range(len(leading)), leading)
     axis.set_ylim(len(leading) - 0.5, -0.5)
     axis.set_xlim(-1, 1)
     axis.set_xlabel("rank correlation")
     figure.legend(loc="outside upper center", ncols=2)
-    text = f"Draws that go with the result, strongest first, with simultaneous intervals.{run.of_head}"
+    text = f"Draws that go with the result, strongest first{run.basis.words(', with simultaneous intervals')}.{run.of_head}"
     return Drawing("drivers", text, figure)

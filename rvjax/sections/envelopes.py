@@ -9,7 +9,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from rvjax import stats
 from rvjax.columns import CHANNELS
 from rvjax.sections import plot
 from rvjax.sections.opened import CONFIDENCE, Run
@@ -32,7 +31,7 @@ def section(run: Run) -> Section:
     kept = len(set(run.envelopes["sample"]))
     lead = f"Histories of {count(kept)} of the {count(run.flown)} flown samples."
     table = run.envelopes.pivot(index="sample", columns="t_s")
-    body = (_norm_figure(run, table, kept), _norm_table(table, kept), _wrench_figure(run, table, kept))
+    body = (_norm_figure(run, table, kept), _norm_table(run, table, kept), _wrench_figure(run, table, kept))
     return Section("envelopes", title, lead, body)
 
 
@@ -77,24 +76,22 @@ def _wrench_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
     return Drawing("wrench", text, figure)
 
 
-def _norm_table(table: pd.DataFrame, kept: int) -> Table:
+def _norm_table(run: Run, table: pd.DataFrame, kept: int) -> Table:
     """Median and 95 % quantile of every norm at five instants."""
     times = _times(table)
     instants = [int(i) for i in np.linspace(0, times.size - 1, 5).round()]
     rows = tuple(
-        (f"{words} {symbol}, {label}", *(_at(table, name, unit, q, i) for i in instants))
+        (f"{words} {symbol}, {label}", *(_at(run, table, name, unit, q, i) for i in instants))
         for name, (words, symbol, unit) in _NORMS.items()
         for q, label in ((0.5, "median"), (0.95, "95 % of samples"))
     )
-    text = (
-        f"Values that a share of the samples does not exceed, with {percent(CONFIDENCE)} confidence intervals "
-        f"from order statistics (n = {count(kept)})."
-    )
+    intervals = run.basis.words(f", with {percent(CONFIDENCE)} confidence intervals from order statistics")
+    text = f"Values that a share of the samples does not exceed{intervals} (n = {count(kept)})."
     return Table(text, ("quantity", *(f"t = {setting(times[i])} s" for i in instants)), rows)
 
 
-def _at(table: pd.DataFrame, name: str, unit: str, q: float, index: int) -> Number:
-    estimate = stats.quantile_interval(_history(table, name)[:, index], q, CONFIDENCE)
+def _at(run: Run, table: pd.DataFrame, name: str, unit: str, q: float, index: int) -> Number:
+    estimate = run.basis.quantile(_history(table, name)[:, index], q, CONFIDENCE)
     return Number(f"envelope.{name}.t{_times(table)[index]:g}.q{q * 100:g}", estimate, unit)
 
 

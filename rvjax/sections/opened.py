@@ -16,13 +16,15 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax import check, stats
+from rvjax import check
+from rvjax.basis import Basis
 from rvjax.check import Verdict
 from rvjax.columns import CHANNELS
 from rvjax.errors import FolderError, IncompleteError
 from rvjax.fold import Fold
 from rvjax.results import BASELINES, Account, Column, RunFolder
 from rvjax.results.manifest import Entry
+from rvjax.samplers import basis_of
 from rvjax.sections.page import Number
 from rvjax.sections.wording import count
 from rvjax.sketch import Sketch
@@ -32,13 +34,17 @@ from rvjax.totals import Totals, metric
 CONFIDENCE = 0.95
 """Of every two-sided interval in the report; a requirement brings its own."""
 
+REJECTED = ".rejected"
+"""End of the name of a column that counts the draws that were rejected, and is no draw itself."""
+
 OVERLAID = 5
 """Worst flights that are drawn over the histories of all."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run folder, read and judged. `folder` is the path to show and to type; `head` has the rows of the first samples.
+    """A run folder, read and judged. `folder`: the path to show and to type; `head`: the rows of the first samples; `basis`: what
+    the samples are, and so what may be said of them.
 
     baselines: totals of the other controllers that flew the same draws, by name.
     """
@@ -48,6 +54,7 @@ class Run:
     totals: Totals
     head: pd.DataFrame
     account: Account
+    basis: Basis
     verdicts: Sequence[Verdict]
     envelopes: pd.DataFrame
     traces: Mapping[int, pd.DataFrame]
@@ -84,7 +91,11 @@ class Run:
 
     def draws(self, pattern: str = ".*") -> list[str]:
         """Paths of the numeric draws (without `draw.`) that match a whole regular expression."""
-        return [path for path in self.totals.reach if re.fullmatch(pattern, path)]
+        return [path for path in self.totals.reach if re.fullmatch(pattern, path) and not path.endswith(REJECTED)]
+
+    def rejections(self) -> list[str]:
+        """Paths of the columns that count rejected draws."""
+        return [path for path in self.totals.reach if path.endswith(REJECTED)]
 
     def draw_of_head(self, path: str) -> NDArray[np.float64]:
         """(n,) drawn values in SI of the first samples, one for each row of `head`."""
@@ -92,12 +103,17 @@ class Run:
 
     def quantile(self, name: str, q: float) -> Number:
         """The q-quantile of a metric with its order-statistic interval."""
-        estimate = stats.quantile_interval(self.metric(name), q, CONFIDENCE)
+        estimate = self.basis.quantile(self.metric(name), q, CONFIDENCE)
         return Number(f"{name}.q{q * 100:g}", estimate, self.column(name).unit, percent=is_share(name))
+
+    @property
+    def band(self) -> float | None:
+        """Half-width of the band about the distribution function of a metric; None where there is none."""
+        return self.basis.band(self.flown, CONFIDENCE)
 
     def share(self, name: str, holds: int) -> Number:
         """The share of flown samples for which something holds, given their number, with its Clopper-Pearson interval."""
-        return Number(f"{name}.share", stats.clopper_pearson(holds, self.flown, CONFIDENCE), percent=True)
+        return Number(f"{name}.share", self.basis.share(holds, self.flown, CONFIDENCE), percent=True)
 
     def severity(self, channel: str) -> NDArray[np.float64] | None:
         """(n,) 1 - product of what the faults leave of a channel's effectiveness, of the first samples; None without such a draw.
@@ -138,7 +154,7 @@ def open_run(path: str | Path) -> Run:
     """
     folder = RunFolder.open(path)
     campaign = check.campaign_of(folder)
-    fold = Fold(campaign.require, campaign.keep)
+    fold = Fold(campaign.require, basis_of(campaign), campaign.keep)
     for chunk, frame, columns in folder.tables():
         fold.add(chunk, frame, columns)
     return opened(folder, fold, campaign)
@@ -160,6 +176,7 @@ def opened(folder: RunFolder, fold: Fold, campaign: Spec) -> Run:
         totals=totals,
         head=totals.head,
         account=totals.account(folder.requested),
+        basis=basis_of(campaign),
         verdicts=fold.verdicts,
         envelopes=folder.envelopes(),
         traces={sample: folder.trace(sample) for sample in overlaid},
@@ -176,10 +193,9 @@ def _baseline(folder: RunFolder, name: str, own: Totals) -> Totals | None:
     path = folder.path / BASELINES / name
     if not path.is_dir():
         return None
-    fold = Fold(())
+    totals = Totals()
     for table in RunFolder.open(path).tables():
-        fold.add(*table)
-    totals = fold.totals
+        totals.add(*table)
     drawn = [name for name in own.head.columns if name.startswith("draw.") and not name.startswith("draw.controller.")]
     if totals.n != own.n:
         return None

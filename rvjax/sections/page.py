@@ -11,25 +11,26 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
+from rvjax.basis import Observed
 from rvjax.stats import Estimate
 
 
 @dataclass(frozen=True)
 class Number:
-    """One number of the report: an estimate with its interval, or a count.
+    """One number of the report: an estimate with its interval, what was observed, or a count.
 
     `name` is its key in `summary.json`; `value` is in SI `unit` ("1" = dimensionless); `percent` shows a share in %.
     """
 
     name: str
-    value: Estimate | int
+    value: Estimate | Observed | int
     unit: str = "1"
     percent: bool = False
 
     @property
-    def estimate(self) -> Estimate:
+    def estimate(self) -> Estimate | Observed:
         """The value of a number that is no count."""
-        if not isinstance(self.value, Estimate):
+        if isinstance(self.value, int):
             raise TypeError(f"{self.name} is a count")
         return self.value
 

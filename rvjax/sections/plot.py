@@ -18,9 +18,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
-from rvjax import stats
+from rvjax.basis import Observed
 from rvjax.sections.wording import power_of_ten
 from rvjax.sketch import Sketch
+from rvjax.stats import Estimate
 
 # Okabe & Ito's colours, told apart by readers with any colour vision.
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
@@ -75,8 +76,8 @@ def axes(rows: int, columns: int, height: float, **subplots: Any) -> tuple[Figur
     return figure, [axis for row in grid for axis in row]
 
 
-def distribution(axis: Axes, values: Sketch, colour: str, label: str, confidence: float) -> None:
-    """P(X <= x) as a step line with its Dvoretzky-Kiefer-Wolfowitz band; infinite values keep it below 1."""
+def distribution(axis: Axes, values: Sketch, colour: str, label: str, half: float | None) -> None:
+    """P(X <= x) as a step line with a band of this half-width, where there is one; infinite values keep it below 1."""
     finite = values.n - values.at_least(_BEYOND)
     if not finite:
         axis.plot([], [], color=colour, label=f"{label}: no finite value")
@@ -84,9 +85,9 @@ def distribution(axis: Axes, values: Sketch, colour: str, label: str, confidence
     kept = _thinned(finite)
     x, share = [values.value(int(rank)) for rank in kept], (kept + 1) / values.n
     left, right = np.repeat(x, 2), np.concatenate([[0.0], np.repeat(share, 2)[:-1]])
-    half = stats.dkw_band(values.n, confidence)
     axis.plot(left, right, color=colour, label=label)
-    axis.fill_between(left, np.clip(right - half, 0, 1), np.clip(right + half, 0, 1), color=colour, alpha=0.18, lw=0)
+    if half is not None:
+        axis.fill_between(left, np.clip(right - half, 0, 1), np.clip(right + half, 0, 1), color=colour, alpha=0.18, lw=0)
     if finite < values.n:
         axis.plot([x[-1]], [share[-1]], marker=">", color=colour, markersize=5, clip_on=False)
 
@@ -154,9 +155,14 @@ def bands(axis: Axes, t: NDArray[np.float64], values: NDArray[np.float64], lost:
     axis.plot(t, np.where(np.isfinite(middle), middle, np.nan), color=colour, label="median")
 
 
-def intervals(axis: Axes, x: ArrayLike, estimates: Sequence[stats.Estimate], colour: str, label: str, scale: float) -> None:
+def ends(number: Estimate | Observed) -> tuple[float, float]:
+    """The ends of an interval; of a number without one, the number itself."""
+    return (number.low, number.high) if isinstance(number, Estimate) else (number.value, number.value)
+
+
+def intervals(axis: Axes, x: ArrayLike, estimates: Sequence[Estimate | Observed], colour: str, label: str, scale: float) -> None:
     """Estimates times `scale` over x, joined, with their intervals; an end that is infinite is not drawn."""
-    y = scale * np.array([[estimate.value, estimate.low, estimate.high] for estimate in estimates])
+    y = scale * np.array([[estimate.value, *ends(estimate)] for estimate in estimates])
     y = np.where(np.isfinite(y), y, np.nan)
     axis.plot(x, y[:, 0], "o-", color=colour, ms=3.5, lw=1.2, label=label)
     axis.vlines(x, np.fmin(y[:, 1], y[:, 0]), np.fmax(y[:, 2], y[:, 0]), color=colour, lw=1.2)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax import stats
+from rvjax.basis import Observed
 from rvjax.columns import CHANNELS
 from rvjax.sections import plot
 from rvjax.sections.opened import CONFIDENCE, Run, is_share
@@ -82,7 +83,7 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
         place = np.clip(np.digitize(severity, edges) - 1, 0, len(edges) - 2)
         axis.plot(severity[::every], scale * values[::every], ".", color=plot.SKY, ms=2.5, alpha=0.6, label="samples")
         groups = [values[place == part] for part in range(len(edges) - 1)]
-        median, most = ([stats.quantile_interval(group, q, CONFIDENCE) for group in groups] for q in (0.5, 0.95))
+        median, most = ([run.basis.quantile(group, q, CONFIDENCE) for group in groups] for q in (0.5, 0.95))
         centres = (edges[:-1] + edges[1:]) / 2
         plot.intervals(axis, centres, median, plot.BLUE, "median", scale)
         plot.intervals(axis, centres, most, plot.RED, "95 % of samples", scale)
@@ -95,18 +96,18 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
     for axis in panels[len(severe) :]:
         axis.set_axis_off()
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    bars = f", bars their {percent(CONFIDENCE)} confidence intervals"
     dots = len(range(0, len(run.head), every))
     drawn = (
         f"{capital(words)} of a channel against the effectiveness that it has lost; where several faults act on it, "
-        f"what remains is multiplied. Bars: {percent(CONFIDENCE)} confidence intervals of the quantiles in bins of "
-        f"severity. Dots: {count(dots)} of the samples. An infinite quantile is not drawn.{run.of_head}"
+        f"what remains is multiplied. Quantiles in bins of severity{run.basis.words(bars)}. Dots: {count(dots)} of the samples. "
+        f"An infinite quantile is not drawn.{run.of_head}"
     )
     head = ("channel", *(f"severity {low:.2f} – {high:.2f}" for low, high in pairwise(edges)))
-    caption = (
-        f"{capital(words)} that 95 % of the samples in a bin do not exceed, with its {percent(CONFIDENCE)} interval.{run.of_head}"
-    )
+    interval = f", with its {percent(CONFIDENCE)} interval"
+    caption = f"{capital(words)} that 95 % of the samples in a bin do not exceed{run.basis.words(interval)}.{run.of_head}"
     return Drawing("saturation-severity", drawn, figure), Table(caption, head, tuple(rows))
 
 
-def _cell(name: str, part: int, estimate: Estimate) -> Cell:
+def _cell(name: str, part: int, estimate: Estimate | Observed) -> Cell:
     return Number(f"{name}.bin{part + 1}.q95", estimate, percent=is_share(name)) if estimate.n else "no sample"

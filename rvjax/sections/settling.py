@@ -50,7 +50,7 @@ def _never(run: Run, name: str) -> int:
 def _time_figure(run: Run, names: list[str]) -> Drawing:
     figure, (axis,) = plot.axes(1, 1, 3.6)
     for name, colour in zip(names, _COLOURS, strict=False):
-        plot.distribution(axis, run.metric(name), colour, label(name), CONFIDENCE)
+        plot.distribution(axis, run.metric(name), colour, label(name), run.band)
         _required(axis, run, name, colour)
     plot.probability_axis(axis)
     axis.set_xlim(0, run.spec.horizon.duration_s)
@@ -67,7 +67,7 @@ def _error_figure(run: Run, names: list[str]) -> Drawing:
     for axis, (kind, members) in zip(panels, kinds.items(), strict=False):
         unit = run.column(members[0]).unit
         for name, colour in zip(members, _COLOURS, strict=False):
-            plot.distribution(axis, run.metric(name), colour, _PERIODS[name.split("_")[0]], CONFIDENCE)
+            plot.distribution(axis, run.metric(name), colour, _PERIODS[name.split("_")[0]], run.band)
             _required(axis, run, name, colour)
         plot.value_axis(axis.xaxis, [run.metric(name) for name in members], spread=3)
         if unit in tubes:
@@ -98,7 +98,8 @@ def _required(axis: Axes, run: Run, name: str, colour: str) -> None:
 
 
 def _band(run: Run) -> str:
-    return (
+    shaded = (
         f"Shaded: band that holds the whole true function at {percent(CONFIDENCE)} confidence (Dvoretzky–Kiefer–"
-        f"Wolfowitz, n = {count(run.flown)}). A curve that ends in ▸ misses samples that never get there."
+        f"Wolfowitz, n = {count(run.flown)}). "
     )
+    return f"{run.basis.words(shaded)}A curve that ends in ▸ misses samples that never get there."

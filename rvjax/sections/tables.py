@@ -26,7 +26,7 @@ def quantiles(run: Run, caption: str, names: Iterable[str]) -> Table:
 
 def shares(run: Run, caption: str, events: Mapping[str, tuple[str, int]]) -> Table:
     """One row per event (name → words, number of samples): how many samples, and their share with its interval."""
-    text = f"{caption} Clopper–Pearson intervals at {percent(CONFIDENCE)} confidence."
+    text = caption + run.basis.words(f" Clopper–Pearson intervals at {percent(CONFIDENCE)} confidence.")
     rows = tuple((words, count(holds), run.share(name, holds)) for name, (words, holds) in events.items())
     return Table(text, ("event", "samples", "share of all samples"), rows)
 
@@ -45,10 +45,8 @@ def _named(run: Run, name: str) -> Cell:
 
 
 def _reading(run: Run) -> str:
-    return (
-        f"So many samples are no worse than the value; below it, its {percent(CONFIDENCE)} confidence interval "
-        f"({_method(run)}, n = {count(run.flown)}). A sample that ended not finite counts as ∞."
-    )
+    below = run.basis.words(f"; below it, its {percent(CONFIDENCE)} confidence interval ({_method(run)}, n = {count(run.flown)})")
+    return f"So many samples are no worse than the value{below}. A sample that ended not finite counts as ∞."
 
 
 def _method(run: Run) -> str:

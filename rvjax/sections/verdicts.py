@@ -9,7 +9,7 @@ from collections import Counter
 from rvjax.check import Verdict
 from rvjax.sections.opened import Run, is_share
 from rvjax.sections.page import Cell, Headline, Mark, Named, Number, Section, Table
-from rvjax.sections.wording import SPACE, channel, count, label, percent, prefixed, setting
+from rvjax.sections.wording import SPACE, capital, channel, count, label, percent, prefixed, setting
 from rvjax.spec import Requirement
 
 _HEAD = ("requirement", "verdict", "share that complies", "required share", "quantile", "basis")
@@ -20,7 +20,8 @@ def section(run: Run) -> Section:
     """One row per requirement: its verdict, the share of samples that comply with one-sided bounds, and a sentence."""
     title = "Requirements and verdicts"
     if not run.verdicts:
-        return Section("verdicts", title, "The campaign states no requirement, so there is no verdict.")
+        why = run.basis.sentence or "the campaign states no requirement, so there is no verdict"
+        return Section("verdicts", title, f"{capital(why)}{_of_plan(run)}.")
     words = Counter(verdict.verdict for verdict in run.verdicts)
     found = ", ".join(f"{words[word]} {word}" for word in _ORDER if words[word])
     caption = (
@@ -32,17 +33,24 @@ def section(run: Run) -> Section:
     return Section("verdicts", title, f"{len(run.verdicts)} requirement{plural}: {found}.", (Table(caption, _HEAD, rows),))
 
 
+def _of_plan(run: Run) -> str:
+    """Why there is no verdict, where the samples do not allow any."""
+    why = f". The samples are of the plan {run.spec.sampler.use}: they say nothing about the shares of all draws"
+    return why if run.basis.sentence else ""
+
+
 def headline(run: Run) -> Headline:
     """The top of the page: worst verdict of all, captured share, what was flown, and the account of all samples."""
     account = run.account
     words = {verdict.verdict for verdict in run.verdicts}
-    word = next((word for word in _ORDER if word in words), "NO REQUIREMENT")
+    word = next((word for word in _ORDER if word in words), "EXPLORATION" if run.basis.sentence else "NO REQUIREMENT")
     captured = run.share("captured", account.captured)
     sentence = {
         "PASS": "Every requirement is shown to hold.",
         "FAIL": "At least one requirement is shown not to hold.",
         "UNDECIDED": "No requirement is shown to fail, but the samples do not suffice to show that all hold.",
         "NO REQUIREMENT": "The campaign states no requirement.",
+        "EXPLORATION": f"{capital(run.basis.sentence)}{_of_plan(run)}.",
     }[word]
     if account.missing:
         sentence += f" Incomplete: {count(account.missing)} of {count(account.requested)} samples are missing."

@@ -6,6 +6,7 @@ import math
 import re
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 
+from rvjax.basis import Observed
 from rvjax.sections.page import Number
 from rvjax.stats import Estimate
 
@@ -78,12 +79,14 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
 
 def shown(item: Number) -> tuple[str, str]:
-    """(value with unit, interval) of a number as text; the interval of a count is empty.
+    """(value with unit, interval) of a number as text; the interval of a count, or of what was observed, is empty.
 
     An infinite value has no unit: then the interval has it, where one of its ends is finite.
     """
-    if not isinstance(item.value, Estimate):
+    if isinstance(item.value, int):
         return count(item.value), ""
+    if isinstance(item.value, Observed):
+        return _observed(item.value.value, item), ""
     estimate = item.value
     reference = next(filter(math.isfinite, (estimate.value, estimate.low, estimate.high)), math.inf)
     scale, symbol = (0.01, "%") if item.percent else prefixed(reference, item.unit)
@@ -98,6 +101,13 @@ def shown(item: Number) -> tuple[str, str]:
     text = _with_unit(_fixed(value, decimals, ROUND_HALF_EVEN), value, symbol)
     interval = f"{_fixed(low, decimals, ROUND_FLOOR)} … {_fixed(high, decimals, ROUND_CEILING)}"
     return text, interval if math.isfinite(value) else _with_unit(interval, reference, symbol)
+
+
+def _observed(value: float, item: Number) -> str:
+    """A value without an interval."""
+    if not item.percent:
+        return quantity(value, item.unit)
+    return f"{number(100.0 * value)}{SPACE}%" if math.isfinite(value) else number(value)
 
 
 def spoken(item: Number) -> str:

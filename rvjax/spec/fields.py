@@ -24,8 +24,8 @@ from pydantic import (
     GetJsonSchemaHandler,
     ModelWrapValidatorHandler,
     ValidationError,
-    create_model,
     ValidationInfo,
+    create_model,
     model_validator,
 )
 from pydantic.fields import FieldInfo

@@ -17,7 +17,7 @@ from rvjax.spec.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
 from rvjax.spec.correlate import Correlation
 from rvjax.spec.csvfile import attach
 from rvjax.spec.fields import Model, count, number, option, part, scalar, validate, vector
-from rvjax.spec.inertia import Inertia
+from rvjax.spec.inertia import Inertia, check_centre
 from rvjax.spec.keep import Keep
 from rvjax.spec.overrides import override
 from rvjax.spec.problem import Problem, refuse
@@ -114,7 +114,15 @@ class Pursuer(Model):
     """The body that docks; its controller does not know these numbers."""
 
     mass_kg: Quantity = scalar("kg", above=0.0, doc="mass of the pursuer")
-    inertia_kgm2: Inertia = part(doc="inertia of the pursuer")
+    inertia_kgm2: Inertia = part(doc="inertia of the pursuer about its reference point")
+    centre_of_mass_m: Quantity = vector("m", default=0.0, doc="centre of mass, from the reference point, in the pursuer's frame")
+
+    @field_validator("centre_of_mass_m")
+    @classmethod
+    def _inside_the_body(cls, centre: Quantity, info: ValidationInfo) -> Quantity:
+        if {"mass_kg", "inertia_kgm2"} <= info.data.keys():
+            check_centre(info.data["inertia_kgm2"], info.data["mass_kg"], centre)
+        return centre
 
 
 class Start(Model):
@@ -172,7 +180,11 @@ class Spec(Model):
     baselines: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
         default=[], doc="controllers that fly the same draws, to compare with"
     )
+    sampler: Annotated[Choice, OneChoice()] = part(
+        default={"use": "monte-carlo"}, doc="where the numbers of the samples come from"
+    )
     correlate: tuple[Correlation, ...] = part(default=[], doc="draws that are not independent")
+    epistemic: tuple[str, ...] = option(default=(), doc="names of draws, or beginnings of names, that are unknown and no chance")
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
     require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
@@ -217,8 +229,8 @@ class Spec(Model):
 
     @property
     def components(self) -> tuple[Choice, ...]:
-        """Every component that is used, in the order of flight."""
-        return (self.controller, self.saturation, *self.faults, *self.disturbances, *self.navigation)
+        """Every component that is used."""
+        return (self.controller, self.saturation, *self.faults, *self.disturbances, *self.navigation, self.sampler)
 
     def fingerprint(self, parameters: Mapping[Place, Model] | None = None) -> str:
         """SHA-256 of all that determines draws and flights, in whatever order and whether defaults are written or not.
@@ -226,10 +238,11 @@ class Spec(Model):
         parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
         """
         known = {choice.path: (parameters or {}).get(choice.path, choice.parameters) for choice in self.components}
-        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate"}
+        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate", "epistemic"}
         parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
         parts["parameters"] = {".".join(map(str, path)): value for path, value in known.items()}
         parts["correlate"] = sorted(group.ordered for group in self.correlate)
+        parts["epistemic"] = sorted(set(self.epistemic))
         text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 

@@ -116,7 +116,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """`did you mean mass_kg?` or else the list of what is known."""
     names = list(known)
     near = difflib.get_close_matches(word[:64], names, n=1, cutoff=0.7)
-    return f"did you mean {near[0]}?" if near else f"accepted: {', '.join(names)}"
+    return f"did you mean {near[0]}?" if near else f"accepted: {', '.join(names) or 'none'}"
 
 
 @dataclass(frozen=True)

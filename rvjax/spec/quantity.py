@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from rvjax.spec.distributions import Distribution, Fixed, JointDistribution
+from rvjax.spec.distributions.interface import Array
 from rvjax.spec.layout import MOST, thruster_names
 
 Shape = Literal["scalar", "vector", "channels", "thrusters"]
@@ -43,6 +47,16 @@ class Quantity:
     def names(self, name: str) -> tuple[str, ...]:
         """Names of the components of a quantity called so: `start.rho_m.x`; its own name, of a scalar."""
         return tuple(f"{name}.{component}" for component in self.components) or (name,)
+
+    def draw(self, name: str, uniforms: Callable[[str, int], Array], count: int) -> tuple[Array, ...]:
+        """The components of a quantity called so, each of shape (count,). uniforms(name, k): (count, k) numbers in (0, 1)."""
+        if self.joint is not None:
+            block = self.joint.ppf(uniforms(name, self.joint.uniforms))
+            return tuple(block[:, index] for index in range(len(self.components)))
+        return tuple(
+            part.ppf(uniforms(own, 1)[:, 0]) if part.uniforms else np.full(count, part.low)
+            for own, part in zip(self.names(name), self.parts, strict=True)
+        )
 
     @property
     def is_fixed(self) -> bool:

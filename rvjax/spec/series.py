@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from pydantic_core import core_schema
@@ -15,10 +15,11 @@ from rvjax.spec.values import describe, shorten
 
 @dataclass(frozen=True)
 class Series:
-    """names: of the columns; values: of each column, in the order of the rows."""
+    """names: of the columns; values: of each column, in the order of the rows; lines: of the file, on which these end."""
 
     names: tuple[str, ...]
     values: tuple[tuple[float, ...], ...]
+    lines: tuple[int, ...] = field(default=(), compare=False)
 
     def __getitem__(self, name: str) -> tuple[float, ...]:
         return self.values[self.names.index(name)]
@@ -61,7 +62,7 @@ class DeclaredSeries:
         if found:
             refuse(*found)
         try:
-            return Series(raw.names, tuple(raw.column(name) for name in raw.names))
+            return Series(raw.names, tuple(raw.column(name) for name in raw.names), tuple(line for line, _ in raw.rows))
         except ValueError as error:
             refuse(Problem(str(error), "accepted: a number in every row", at_key=True))
 

@@ -151,3 +151,39 @@ def test_the_program_refuses_and_says_where(tmp_path: Any, rvjax: Run) -> None:
     assert code == 0, err
     assert "audit: 5 columns are in the flight what the table says; 4 dispersions each act alone" in out
     assert "without an effect, as allowed: actuators.lower.tz" in out
+
+
+MATRIX = "pursuer.inertia_kgm2={moments: [{normal: [20, 2]}, 20, {normal: [26, 3]}], products: {normal: [0, 1]}, reject: true}"
+CENTRE = "pursuer.centre_of_mass_m={ball: 0.05}"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        (MATRIX,),
+        (
+            MATRIX,
+            CENTRE,
+            "correlate=[{variables: [pursuer.mass_kg, pursuer.inertia_kgm2.moments.x], rank: [[1, 0.5], [0.5, 1]]}]",
+        ),
+        ("pursuer.inertia_kgm2={principal: [{uniform: [17, 26]}, 20, 22], rotation: uniform}", CENTRE, "sampler={use: sobol}"),
+        (
+            "pursuer.mass_kg={uniform: [80, 120]}",
+            "samples=12",
+            "sampler={use: grid, levels: {pursuer.mass_kg: 4, start.rho_m.x: 3}}",
+        ),
+    ],
+    ids=["rejected", "centre-of-mass", "rotation", "grid"],
+)
+def test_every_way_to_draw_is_read_back(changes: tuple[str, ...], flyer: Flyer) -> None:
+    """Kills: Steiner with the wrong sign or another mass, principal axes turned the other way, a value of a grid that does not
+    fly or cannot be moved, a correlated draw that the audit does not reach."""
+    other = load(CAMPAIGN, (*OVERRIDES, *changes, *(("require=[]",) if "sampler" in str(changes) else ())))
+    found = prove(other, flyer)
+    draws, _ = Draws.of(other, np.arange(2, dtype=np.int64))
+    assert (found.columns, found.streams) == (len(draws.values), len(draws.streams))
+    assert not found.idle
+    if CENTRE in changes:
+        cut = Disconnected(flyer, lambda drawn: drawn._replace(plant=drawn.plant._replace(centre=drawn.plant.centre * 0.0)))
+        with pytest.raises(AuditError, match=r"pursuer\.centre_of_mass_m"):
+            prove(other, cut)

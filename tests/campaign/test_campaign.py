@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
@@ -65,3 +66,17 @@ def same(a: Problem, b: Problem) -> bool:
 def test_the_fingerprint_is_what_decides_the_flights(change: str, equal: bool) -> None:
     """Kills: a setting that changes a number but not the identity of a run, and the other way round."""
     assert same(load(CAMPAIGN), load(CAMPAIGN, [change])) is equal
+
+
+def test_very_many_wrong_names_take_a_bounded_time() -> None:
+    """Each is a finding, the first few with a suggestion. Kills a comparison of every wrong name with every draw."""
+    names = ", ".join(f"pursuer.mas_{index}" for index in range(4000))
+    start = time.process_time()
+    with pytest.raises(CampaignError) as caught:
+        load(CAMPAIGN, [f"epistemic=[{names}]"])
+    assert len(caught.value.findings) == 4000
+    assert 0 < str(caught.value).count("did you mean") <= 20
+    assert time.process_time() - start < 5.0
+    levels = ", ".join(f"a{index}: 10000" for index in range(2000))
+    with pytest.raises(CampaignError, match="fewer levels: more than 1,000,000,000 samples"):
+        load(CAMPAIGN, ["require=[]", f"sampler={{use: grid, levels: {{{levels}}}}}"])

@@ -68,6 +68,14 @@ def test_uniforms_are_inside_the_unit_interval() -> None:
     assert streams._shares(words).tolist() == [1.0 - 2.0**-53, 1.0 - 2.0**-53, 2.0**-54, 0.5 + 2.0**-54]
 
 
+def test_scattered_samples_have_the_numbers_of_a_row_of_them() -> None:
+    """Near each other and far apart, in any order, also twice. Kills an offset by one, a block that depends on who asks."""
+    row = uniforms(1, "name", np.arange(10**9, 10**9 + 3000))
+    for near in (np.arange(0, 3000, 2), np.array([2999, 0, 7, 7, 8]), np.array([5])):
+        np.testing.assert_array_equal(uniforms(1, "name", 10**9 + near), row[near])
+    np.testing.assert_array_equal(uniforms(1, "name", np.array([10**9 + 1, 3, 2**40]))[0], row[1])
+
+
 def test_only_what_is_drawn_has_a_column_with_its_unit() -> None:
     whole, _ = draws(np.arange(3), "pursuer.mass_kg=100")
     assert "pursuer.mass_kg" not in whole.values

@@ -15,6 +15,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from rvjax import check
+from rvjax.basis import Independent
 from rvjax.errors import FolderError
 from rvjax.fold import Fold
 from rvjax.report import build, write
@@ -98,7 +99,7 @@ def test_shares_and_the_account_are_exact(table: pd.DataFrame, summary: dict[str
 def test_verdicts_are_those_of_the_table(folder: Path, table: pd.DataFrame, summary: dict[str, Any]) -> None:
     """Kills: successes counted in buckets, a requirement that is folded into another's."""
     required = check.campaign_of(RunFolder.open(folder)).require
-    whole = check.judge_all(required, RunFolder.open(folder).samples())
+    whole = check.judge_all(required, RunFolder.open(folder).samples(), Independent())
     assert check.judge_folder(folder) == whole
     assert [verdict["text"] for verdict in summary["requirements"]] == [verdict.text for verdict in whole]
     times, duty = (table[f"metric.{name}"].to_numpy() for name in ("settling_time_s", "saturation_duty.any"))
@@ -127,7 +128,7 @@ def test_a_drawn_distribution_goes_through_the_order_statistics(table: pd.DataFr
     """Up to the last finite one. Kills: shares of the points drawn instead of all, a band for fewer samples, one rank off."""
     x = table["metric.peak_chi"].fillna(math.inf).to_numpy()
     _, (axis,) = plot.axes(1, 1, 3.0)
-    plot.distribution(axis, Sketch(x), plot.BLUE, "x", 0.95)
+    plot.distribution(axis, Sketch(x), plot.BLUE, "x", dkw_band(x.size, 0.95))
     steps = np.asarray(axis.lines[0].get_xydata())[::2]
     finite, n = np.sort(x[np.isfinite(x)]), x.size
     assert len(steps) <= 200
@@ -152,7 +153,7 @@ def test_worst_samples_and_onsets_are_those_of_all(folder: Path, table: pd.DataF
     text = (folder / "report.md").read_text()
     shown = re.findall(r"^\| (\d+) \| \*\*not\\?_finite\*\*", text, re.MULTILINE)
     assert [int(sample) for sample in shown] == lost["sample"].iloc[:10].tolist()
-    fold = Fold([])
+    fold = Fold([], Independent())
     for part in RunFolder.open(folder).tables():
         fold.add(*part)
     onsets = table.filter(regex=r"draw\.faults\..*onset").to_numpy()
@@ -169,7 +170,7 @@ def test_chunks_in_any_order_give_the_same_bytes(folder: Path) -> None:
 
     before, here = contents(), RunFolder.open(folder)
     campaign = check.campaign_of(here)
-    fold = Fold(campaign.require, campaign.keep)
+    fold = Fold(campaign.require, Independent(), campaign.keep)
     for number, frame, columns in reversed(list(here.tables())):
         fold.add(number, frame, columns)
     aside = folder / "samples"

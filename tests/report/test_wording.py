@@ -11,7 +11,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rvjax.sections.drivers import rank_correlation
+from rvjax.basis import Independent
 from rvjax.sections.page import Number
 from rvjax.sections.wording import INFINITY, label, number, percent, quantity, setting, shown, spoken
 from rvjax.stats import Estimate
@@ -87,9 +87,11 @@ def test_rank_correlation_is_that_of_ranks() -> None:
     """Mutation killed: correlating values instead of ranks; ±inf must be ordinary ranks. Six pairs, by hand."""
     x = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
     y = np.array([10.0, 11.0, 9.0, 1e9, math.inf, 12.0])
-    assert rank_correlation(x, y, 0.95).value == pytest.approx(1 - 6 * (1 + 1 + 4 + 1 + 1 + 4) / (6 * 35))
-    assert rank_correlation(x, np.exp(x), 0.95).value == pytest.approx(1.0)
-    assert rank_correlation(x, np.ones(6), 0.95) == Estimate(0.0, -1.0, 1.0, 6, 0.95, rank_correlation(x, x, 0.95).method)
+    assert Independent().correlation(x, y, 0.95).value == pytest.approx(1 - 6 * (1 + 1 + 4 + 1 + 1 + 4) / (6 * 35))
+    assert Independent().correlation(x, np.exp(x), 0.95).value == pytest.approx(1.0)
+    assert Independent().correlation(x, np.ones(6), 0.95) == Estimate(
+        0.0, -1.0, 1.0, 6, 0.95, Independent().correlation(x, x, 0.95).method
+    )
 
 
 def test_rank_correlation_rarely_sees_what_is_not_there() -> None:
@@ -99,5 +101,5 @@ def test_rank_correlation_rarely_sees_what_is_not_there() -> None:
     """
     x = np.arange(7.0)
     orders = (np.array(order, dtype=float) for order in itertools.permutations(range(7)))
-    clear = sum(not bound.low <= 0 <= bound.high for bound in (rank_correlation(x, order, 0.95) for order in orders))
+    clear = sum(not bound.low <= 0 <= bound.high for bound in (Independent().correlation(x, order, 0.95) for order in orders))
     assert clear / math.factorial(7) <= 0.05

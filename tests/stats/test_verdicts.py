@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,11 +14,15 @@ import pandas as pd
 import pytest
 from scipy import stats as oracle
 
-from rvjax.check import Tallies, exit_code, judge, judge_all, judge_folder, reckon
+from rvjax import check
+from rvjax.basis import Independent
+from rvjax.check import Tallies, exit_code, judge_folder, reckon
 from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.results import Account, Column, RunFolder, Samples
 from rvjax.sketch import RELATIVE_ERROR
 from rvjax.stats import quantile_interval
+
+judge, judge_all = partial(check.judge, basis=Independent()), partial(check.judge_all, basis=Independent())
 
 
 def require(metric: str, **parts: Any) -> Any:
@@ -249,7 +254,7 @@ def test_a_tally_that_is_fed_in_parts_says_the_same() -> None:
     ]
     whole = judge_all(wanted, table)
     for parts in (1, 7, 300):
-        tallies = Tallies(wanted)
+        tallies = Tallies(wanted, Independent())
         for part in generator.permutation(parts):
             tallies.add(table.iloc[part::parts], {})
         assert tallies.verdicts() == whole
