@@ -46,7 +46,7 @@ class Draws:
     points: Points
     samples: NDArray[np.int64]
     seed: int
-    meanings: Mapping[str, Column]
+    meanings: Mapping[str, Column] = field(default_factory=dict[str, Column])
     moved: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict[str, NDArray[np.bool_]])
     values: dict[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
     columns: dict[str, Column] = field(default_factory=dict[str, Column])

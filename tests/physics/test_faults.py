@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -108,6 +108,7 @@ def test_behind_its_end_a_fault_is_nothing(use: str, duration: float, onset: flo
 @given(period=st.integers(2, 12), duty=st.floats(0.05, 0.95), onset=st.integers(0, 8))
 def test_an_intermittent_fault_acts_in_the_first_part_of_each_period(period: int, duty: float, onset: int) -> None:
     """Whole steps, so that the phase is exact. Kills: the duty of the sound part, a phase from the start of the flight."""
+    assume(abs(period * duty - round(period * duty)) > 1e-9)  # an end between two steps, which rounding cannot move
     command = commanded()
     out, _ = flown("float", command, onset * H, period_s=period * H, duty=duty)
     steps = np.arange(STEPS) - onset
