@@ -51,7 +51,7 @@ def flown(path: Path, share: float) -> Path:
         f"disturbances=[{{use: breaking, share: {share}, lot: {{uniform: [0, 1]}}, "
         f"onset_s: {{uniform: [0, {DURATION - 2 * STEP}]}}, kind: {{choice: [0, 1, 2]}}}}]"
     )
-    return run(CAMPAIGN, path, [*SETS, breaking, f"samples={CHUNKS[share] * LANES - 37}"])
+    return run(CAMPAIGN, path, [*SETS, breaking, "audit.allow=[disturbances.breaking]", f"samples={CHUNKS[share] * LANES - 37}"])
 
 
 def test_broken_flights_are_counted_and_disturb_no_other(
