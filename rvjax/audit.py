@@ -172,8 +172,9 @@ def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[
         acted.update(name for place, name in enumerate(names) if different[place])
         return not acted.issuperset(names)
 
-    every = max(1, round(LOOK_S / problem.spec.horizon.step_s))
-    flyer.watch(drawn, problem.spec.horizon.steps, every, look)
+    steps, every = problem.spec.horizon.steps, max(1, round(LOOK_S / problem.spec.horizon.step_s))
+    instants = {steps, *range(every, steps, every), *(one for one in (1, 10) if one < steps)}
+    flyer.watch(drawn, sorted(instants), look)
     return acted, read
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from functools import partial
+from itertools import pairwise
 from threading import Event, Lock
 from typing import Any, NamedTuple
 
@@ -117,12 +118,12 @@ class Flyer:
         host = partial(np.asarray, dtype=np.float64)
         return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, glances), kept)
 
-    def watch(self, drawn: Drawn, steps: int, every: int, look: Callable[[Drawn, Carry], bool]) -> None:
-        """Flies a chunk for `look`, which gets the numbers as the compiled program has them, and the carry, after every so many
-        steps; it says whether to go on."""
+    def watch(self, drawn: Drawn, instants: Sequence[int], look: Callable[[Drawn, Carry], bool]) -> None:
+        """Flies a chunk for `look`, which gets the numbers as the compiled program has them, and the carry, at these steps; it
+        says whether to go on."""
         programs, numbers, carry = self._begun(drawn, devices()[0])
-        for first in range(0, steps, every):
-            carry = programs.advance(numbers, carry, first, min(first + every, steps))
+        for first, last in pairwise((0, *instants)):
+            carry = programs.advance(numbers, carry, first, last)
             if not look(*jax.tree.map(np.asarray, (numbers, carry))):
                 break
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+import threading
 import traceback
 import warnings
 from pathlib import Path
@@ -46,6 +48,7 @@ class Terminated(BaseException):
 def main() -> NoReturn:
     """Runs the program and exits with its code; a user's mistake ends in a message, never in a traceback."""
     signal.signal(signal.SIGTERM, _terminate)
+    sys.unraisablehook = _again
     warnings.showwarning = _warn
     try:
         code = app(standalone_mode=False)
@@ -64,6 +67,17 @@ def main() -> NoReturn:
 
 def _terminate(number: int, frame: Any) -> NoReturn:
     raise Terminated
+
+
+def _again(lost: sys.UnraisableHookArgs) -> None:
+    """A stop that came inside a callback, which loses it: comes again a moment later."""
+    number = {KeyboardInterrupt: signal.SIGINT, Terminated: signal.SIGTERM}.get(lost.exc_type)
+    if number is None:
+        sys.__unraisablehook__(lost)
+    else:
+        again = threading.Timer(0.05, os.kill, (os.getpid(), number))
+        again.daemon = True
+        again.start()
 
 
 def _warn(message: Warning | str, *where: Any) -> None:
