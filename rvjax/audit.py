@@ -10,8 +10,10 @@ program. Where a pair stays equal to the last bit, other samples are tried, thos
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import jax
@@ -29,6 +31,7 @@ from rvjax.readings import Reading, readings
 from rvjax.spec import units
 from rvjax.spec.choice import entry_names
 from rvjax.spec.layout import thruster_names
+from rvjax.spec.names import covers
 from rvjax.spec.quantity import COMPONENTS
 from rvjax.spec.values import Place, is_list, is_mapping
 
@@ -65,27 +68,24 @@ class Audit:
 def audit(problem: Problem, flyer: Flyer) -> Audit:
     """Flies the audit of a problem, with the program that flies its samples."""
     pool, _ = Draws.of(problem, np.arange(POOL, dtype=np.int64))
-    waiting = {name: _candidates(problem, pool, name) for name in pool.streams}
-    tried = dict.fromkeys(waiting, 0)
+    waiting = {name: iter(_candidates(problem, pool, name)) for name in pool.streams}
+    tried: Counter[str] = Counter()
     unlike: dict[str, str] = {}
     columns: set[str] = set()
     for _ in range(ROUNDS):
-        if not waiting:
-            break
-        for group in _groups(list(waiting), LANES // 2):
-            pairs = [(name, sample) for name in group for sample in waiting[name][: max(1, LANES // 2 // len(group))]]
+        names = list(waiting)
+        for first in range(0, len(names), LANES // 2):
+            group = names[first : first + LANES // 2]
+            pairs = [(name, sample) for name in group for sample in islice(waiting[name], LANES // 2 // len(group))]
+            if not pairs:
+                continue
             acted, read = _fly(problem, flyer, pairs)
+            tried.update(name for name, _ in pairs)
             columns |= {column for reading in read for column in reading.columns}
             unlike |= {" ".join(reading.columns): found for reading in read if (found := _unlike(reading))}
-            for name, _sample in pairs:
-                tried[name] += 1
-            for name in group:
-                used = sum(one == name for one, _ in pairs)
-                waiting[name] = waiting[name][used:]
-                if name in acted or not len(waiting[name]):
-                    del waiting[name]
-                    tried[name] = -1 if name in acted else tried[name]
-    idle = {name: count for name, count in tried.items() if count >= 0}
+            for name in acted:
+                del waiting[name]
+    idle = {name: tried[name] for name in waiting}
     missing = set(pool.values) - columns
     unlike |= {name: f"{name}: nothing tells what the flight has of it" for name in sorted(missing)}
     return Audit(len(pool.streams), len(columns), tuple(unlike.values()), idle)
@@ -102,7 +102,7 @@ def prove(problem: Problem, flyer: Flyer) -> Audit:
         raise AuditError("what flies is not what the table says; please report this\n" + "\n".join(found.unlike))
     allowed = problem.spec.audit.allow
     source = problem.spec.source
-    if wrong := [name for name in found.idle if not any(name == one or name.startswith(f"{one}.") for one in allowed)]:
+    if wrong := [name for name in found.idle if not any(covers(one, name) for one in allowed)]:
         raise CampaignError(source.finding(_place(source.value, name), *_words(name, found.idle[name])) for name in wrong)
     return found
 
@@ -137,21 +137,14 @@ def _key(said: Any, step: str) -> str | int | None:
     return next((components.index(step) for components in fitting), None)
 
 
-def _groups(names: list[str], most: int) -> Iterator[list[str]]:
-    for first in range(0, len(names), most):
-        yield names[first : first + most]
-
-
-def _candidates(problem: Problem, pool: Draws, name: str) -> list[int]:
+def _candidates(problem: Problem, pool: Draws, name: str) -> Sequence[int]:
     """Samples of the pool that a stream is tried on: of a fault's channel, those in which it begins first, if at all."""
-    stem, _, channel = name.rpartition(".")
-    fault = next((part for part in problem.faults if name.startswith(f"{part.prefix}.")), None)
-    known = fault is not None and channel in fault.quantities["onset_s"].components
-    onsets = pool.values.get(f"{fault.prefix}.onset_s.{channel}") if fault is not None and known else None
-    if onsets is None or ".schedule." in f"{stem}.":
-        return list(range(POOL))
-    order = np.argsort(onsets, kind="stable")
-    return [int(sample) for sample in order if np.isfinite(onsets[sample])] or list(range(POOL))
+    fault = next((part for part in problem.faults if covers(part.prefix, name)), None)
+    if fault is not None and not covers(f"{fault.prefix}.schedule", name):
+        onsets = pool.values.get(f"{fault.prefix}.onset_s.{name.rpartition('.')[2]}")
+        if onsets is not None and np.isfinite(onsets).any():
+            return [int(sample) for sample in np.argsort(onsets, kind="stable") if np.isfinite(onsets[sample])]
+    return range(POOL)
 
 
 def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[set[str], list[Reading]]:

@@ -9,7 +9,6 @@ is solved where a step begins and followed from there (`rvjax.allocation`). Allo
 is a share x of each, and the drawn largest thrust f_max (modulated valves) and the faults come after it. Behind the faults too a
 thrust lies between 0 and f_max: no thruster pulls, none gives more than all.
 
-
 Faults, disturbances and navigation errors may have a memory, and a controller may be sampled: all of that is renewed where a step
 begins and held during the step, so that every stage of the integration sees the same smooth right-hand side.
 """

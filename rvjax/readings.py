@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rvjax.algebra import Thrusts
 from rvjax.bodies import Body, bodies
-from rvjax.campaign import Part, Problem
+from rvjax.campaign import NEVER, Part, Problem
 from rvjax.closed_loop import Drawn
 from rvjax.draw import Draws
 from rvjax.dynamics import MU_EARTH
@@ -27,6 +28,7 @@ from rvjax.spec import Quantity
 from rvjax.spec.actuators import Thrusters
 from rvjax.spec.inertia import MatrixInertia, PrincipalInertia
 from rvjax.spec.layout import thruster_names
+from rvjax.spec.quantity import COMPONENTS
 
 Values = NDArray[np.float64]
 
@@ -85,21 +87,17 @@ def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]
 def _one(draws: Draws, name: str, value: Any) -> Iterator[Reading]:
     """A scalar, or the components of a vector, of the channels or of the thrusters, as far as they are drawn."""
     parts = value.parts() if hasattr(value, "parts") else (value,)
-    known = {1: ("",), 3: (".x", ".y", ".z"), 6: (".fx", ".fy", ".fz", ".tx", ".ty", ".tz")}
-    suffixes = known.get(len(parts)) or tuple(f".{name}" for name in thruster_names(len(parts)))
-    for suffix, inside in zip(suffixes, parts, strict=True):
-        if (own := f"{name}{suffix}") in draws.values:
+    known = {len(components): components for components in COMPONENTS.values() if components}
+    components = ("",) if len(parts) == 1 else known.get(len(parts)) or thruster_names(len(parts))
+    for component, inside in zip(components, parts, strict=True):
+        if (own := f"{name}.{component}".rstrip(".")) in draws.values:
             yield Reading((own,), draws.values[own], inside)
-
-
-def _parts(value: Any) -> tuple[Any, ...]:
-    return value.parts()
 
 
 def _schedule(draws: Draws, part: Part, own: Any) -> Iterator[Reading]:
     """How many channels fail."""
     if (name := f"{part.prefix}.schedule.failing") in draws.values:
-        begins = [np.isfinite(onset) & (onset < 1e29) for onset in own["onset_s"].parts()]
+        begins = [onset < NEVER.value for onset in own["onset_s"].parts()]
         yield Reading((name,), draws.values[name], np.sum(begins, axis=0))
     for what in ("count", "probability"):  # they decide the onsets, which are read
         if (name := f"{part.prefix}.schedule.{what}") in draws.values:
@@ -109,15 +107,17 @@ def _schedule(draws: Draws, part: Part, own: Any) -> Iterator[Reading]:
 def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
     spec, plant = problem.spec, numbers.plant
     actuators = spec.actuators.quantities("actuators")
-    if isinstance(spec.actuators, Thrusters):
-        said = _said(draws, "actuators.spread", actuators["actuators.spread"])
-        for (factor, *columns), most, inside in zip(said, spec.actuators.geometry.most, _parts(plant.thrust), strict=True):
-            yield Reading(tuple(columns), most * factor, inside, exact=False)
-    sides = () if isinstance(spec.actuators, Thrusters) else (("upper", plant.upper), ("lower", plant.lower))
-    for side, true in sides:
-        nominal, spread = f"actuators.{side}", f"actuators.spread.{side}"
-        rows = zip(_said(draws, nominal, actuators[nominal]), _said(draws, spread, actuators[spread]), true.parts(), strict=True)
-        for (limit, *first), (factor, *second), inside in rows:
+    if isinstance(plant.thrust, Thrusts) and isinstance(spec.actuators, Thrusters):
+        nominal = [(most,) for most in spec.actuators.geometry.most]
+        limits = [(nominal, "actuators.spread", plant.thrust)]
+    else:
+        sides = (("upper", plant.upper), ("lower", plant.lower))
+        said = {side: _said(draws, f"actuators.{side}", actuators[f"actuators.{side}"]) for side, _ in sides}
+        limits = [(said[side], f"actuators.spread.{side}", true) for side, true in sides]
+    for nominal, spread, true in limits:
+        for (limit, *first), (factor, *second), inside in zip(
+            nominal, _said(draws, spread, actuators[spread]), true.parts(), strict=True
+        ):
             yield Reading((*first, *second), limit * factor, inside, exact=False)
     found = ((plant.inertia, plant.inertia_inverse), (plant.target_inertia, plant.target_inertia_inverse))
     for body, (inertia, inverse) in zip(bodies(spec), found, strict=True):

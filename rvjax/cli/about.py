@@ -12,6 +12,8 @@ from rvjax.cli.app import Json, Samples, Seed, Sets, app, overrides
 from rvjax.cli.output import Output
 
 if TYPE_CHECKING:
+    from rvjax.audit import Audit
+    from rvjax.campaign import Problem
     from rvjax.spec.layout import Margin
 
 
@@ -42,51 +44,51 @@ def validate(
 ) -> int:
     """Parse campaigns, check units and ranges, print samples, chunks, estimated time and memory. Flies nothing, or an audit."""
     from rvjax.campaign import load
-    from rvjax.cost import Cost, cost
+    from rvjax.cost import cost
     from rvjax.errors import CampaignError
 
     output = Output(as_json)
     findings = []
-    costs: dict[str, Cost] = {}
-    losses: dict[str, list[Margin]] = {}
+    problems: dict[str, Problem] = {}
     for file in files:
         try:
-            problem = load(file, overrides(sets, samples, seed))
-            costs[str(file)] = cost(problem)
-            losses[str(file)] = problem.spec.actuators.losses
+            problems[str(file)] = load(file, overrides(sets, samples, seed))
         except CampaignError as error:
             findings += error.findings
     if findings:
         raise CampaignError(findings)
-    proofs: dict[str, dict[str, object]] = {}
-    for file, one in costs.items():
-        output.text(f"{file}: {one}")
-        if losses[file]:
-            alike: dict[tuple[str, ...], list[str]] = {}
-            for loss in losses[file]:
-                alike.setdefault((str(loss.rank), f"{loss.share:.3f}", loss.channel), []).append(loss.lost)
-            output.table(
-                ("one lost", "rank", "limits left", "first on"), [(", ".join(names), *row) for row, names in alike.items()]
-            )
+    documents: dict[str, dict[str, object]] = {}
+    for file, problem in problems.items():
+        expected, losses = cost(problem), problem.spec.actuators.losses
+        output.text(f"{file}: {expected}")
+        documents[file] = dict(vars(expected))
+        if losses:
+            output.table(("one lost", "rank", "limits left", "first on"), _alike(losses))
+            documents[file]["single_losses"] = [vars(loss) for loss in losses]
         if audit:
-            proofs[file] = _prove(file, overrides(sets, samples, seed), output)
-    found = {file: {"single_losses": [vars(loss) for loss in own]} if own else {} for file, own in losses.items()}
-    output.document({file: vars(one) | found[file] | proofs.get(file, {}) for file, one in costs.items()})
+            found = _proven(problem)
+            output.text(f"{file}: {found}")
+            documents[file]["audit"] = {"streams": found.streams, "columns": found.columns, "idle": list(found.idle)}
+    output.document(documents)
     return 0
 
 
-def _prove(file: str, given: list[str], output: Output) -> dict[str, object]:
-    """Proves that the dispersions of a campaign act."""
+def _alike(losses: list[Margin]) -> list[tuple[str, ...]]:
+    """A row for all losses that leave the same."""
+    alike: dict[tuple[str, ...], list[str]] = {}
+    for loss in losses:
+        alike.setdefault((str(loss.rank), f"{loss.share:.3f}", loss.channel), []).append(loss.lost)
+    return [(", ".join(names), *row) for row, names in alike.items()]
+
+
+def _proven(problem: Problem) -> Audit:
+    """Proof that the dispersions of a campaign act."""
     from rvjax import process
     from rvjax.audit import prove
     from rvjax.batch import Flyer
-    from rvjax.campaign import load
 
-    problem = load(file, given)
     process.configure(problem.spec.precision)
-    found = prove(problem, Flyer(problem.loop, problem.metrics))
-    output.text(f"{file}: {found}")
-    return {"audit": {"streams": found.streams, "columns": found.columns, "idle": list(found.idle)}}
+    return prove(problem, Flyer(problem.loop, problem.metrics))
 
 
 @app.command("list")

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -66,17 +67,17 @@ def scheme(parameters: Parameters) -> Scheme:
 
 def _outside(variable: Variable, columns: Mapping[str, Values], lines: tuple[int, ...]) -> Iterable[Problem]:
     """The first row that is outside what a variable may draw."""
-    law = variable.law
+    law: Any = variable.law  # of a scalar or joint, as the number of its draws says
     if missing := [name for name in variable.draws if name not in columns]:
         found = f"{', '.join(missing)} is missing"
         yield Problem(found, f"accepted: all of {', '.join(variable.draws)}, which are drawn together", CSV, at_key=True)
         return
     values = np.stack([columns[name] for name in variable.draws])
     if len(variable.draws) == 1:
-        low, high = law.low, law.high  # type: ignore[union-attr]
+        low, high = law.low, law.high
         inside, words = (values[0] >= low) & (values[0] <= high), f"{low:g} to {high:g}"
     else:
-        radius = law.radius  # type: ignore[union-attr]
+        radius = law.radius
         inside, words = np.linalg.norm(values, axis=0) <= radius * (1.0 + NORM), f"a norm of at most {radius:g}"
     for row in np.flatnonzero(~inside)[:1]:
         told = ", ".join(f"{value:g}" for value in values[:, row])

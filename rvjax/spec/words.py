@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any
+from typing import Any, cast
 
 from rvjax.spec.distributions import Distribution, JointDistribution
 from rvjax.spec.notation import forms
@@ -17,7 +17,7 @@ def in_words(law: Distribution | JointDistribution) -> str:
     word = next((word for word, (_, kind) in forms().items() if kind is type(law)), type(law).__name__)
     if word == "rotation":
         return "rotation (uniform)"
-    told: dict[str, Any] = {field.name: getattr(law, field.name) for field in fields(law)}  # type: ignore[arg-type]
+    told: dict[str, Any] = {field.name: getattr(law, field.name) for field in fields(cast("Any", law))}
     if len(set(told.get("weights", ()))) == 1:
         del told["weights"]  # all alike
     if told.get("step") == 1.0:

@@ -59,7 +59,7 @@ def test_each_law_stays_what_it_is() -> None:
     values = Draws.of(problem, np.arange(20_000))[0].values
     for name in (MASS, MOMENT, ONSET):
         law = problem.dispersions.variables[name].law
-        assert stats.kstest(values[name], law.cdf).pvalue > ALPHA  # type: ignore[union-attr]
+        assert stats.kstest(values[name], law.cdf).pvalue > ALPHA
 
 
 def test_no_other_draw_moves() -> None:
@@ -111,7 +111,7 @@ def test_the_factor_is_that_of_the_matrix() -> None:
 @pytest.mark.parametrize("campaign", sorted(CAMPAIGN.parent.glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_variables_are_what_is_drawn(campaign: object) -> None:
     """Kills a draw that the names of a campaign cannot reach, and a name of a draw that there is not."""
-    problem = load(campaign)  # type: ignore[arg-type]
+    problem = load(campaign)
     drawn = Draws.of(problem, np.arange(1))[0]
     values = {name for name in drawn.values if not name.endswith(".schedule.failing")}  # which is counted, not drawn
     assert {name for one in problem.dispersions.variables.values() for name in one.draws} == values

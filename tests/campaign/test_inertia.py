@@ -52,7 +52,7 @@ def test_what_is_accepted_is_what_the_eigenvalues_say() -> None:
     entries = tuple(matrices[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)))
     margin = margins(matrices)
     clear = np.abs(margin) > 1e-10
-    np.testing.assert_array_equal(physical(entries)[clear], margin[clear] > 0.0)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(physical(entries)[clear], margin[clear] > 0.0)
     assert 0.2 < (margin > 0.0).mean() < 0.8
     assert physical((10.0, 10.0, 20.0, 0.0, 0.0, 0.0))  # flat
     assert not physical((10.0, 10.0, 20.0 + 1e-9, 0.0, 0.0, 0.0))
@@ -140,7 +140,7 @@ def test_principal_axes_that_point_anywhere() -> None:
     """Eigenvalues are the principal moments; the axis of the largest is uniform on the sphere (heights by
     Kolmogorov–Smirnov)."""
     whole, drawn = draws(20_000, "pursuer.inertia_kgm2={principal: [10, 15, 20], rotation: uniform}")
-    values, vectors = np.linalg.eigh(full(drawn.plant.inertia))  # type: ignore[attr-defined]
+    values, vectors = np.linalg.eigh(full(drawn.plant.inertia))
     np.testing.assert_allclose(values, np.broadcast_to([10.0, 15.0, 20.0], (20_000, 3)), rtol=1e-12)
     for axis in range(3):
         assert stats.kstest(np.abs(vectors[:, axis, 2]), "uniform").pvalue > ALPHA
@@ -159,7 +159,7 @@ def test_steiner_moves_the_inertia_to_the_centre_of_mass() -> None:
 
     about, centre = inertia(at), m @ at / m.sum()
     six = tuple(about[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)))
-    moved = about_centre(six, m.sum(), tuple(centre))  # type: ignore[arg-type]
+    moved = about_centre(six, m.sum(), tuple(centre))
     expected = inertia(at - centre)
     np.testing.assert_allclose(moved, [expected[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))], rtol=1e-12)
 
@@ -169,7 +169,7 @@ def test_the_plant_has_the_inertia_about_its_centre_of_mass() -> None:
     whole, drawn = draws(300, "pursuer.centre_of_mass_m={box: [0.05, 0.1, 0]}")
     plain, before = draws(300)
     mass, (x, y) = whole.values["pursuer.mass_kg"], (whole.values[f"pursuer.centre_of_mass_m.{axis}"] for axis in "xy")
-    plant, old = drawn.plant, before.plant  # type: ignore[attr-defined]
+    plant, old = drawn.plant, before.plant
     np.testing.assert_array_equal(plant.centre.x, x)
     np.testing.assert_array_equal(plant.centre.z, 0.0)
     steiner = mass[:, None, None] * np.stack(

@@ -78,7 +78,7 @@ def test_kind_and_law_are_in_the_file() -> None:
     ],
 )
 def test_laws_in_words(law: object, words: str) -> None:
-    assert in_words(law) == words  # type: ignore[arg-type]
+    assert in_words(law) == words
 
 
 def test_a_correlated_draw_says_so() -> None:

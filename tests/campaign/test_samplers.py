@@ -293,12 +293,12 @@ def test_only_independent_samples_have_bounds() -> None:
     requirement = SimpleNamespace(
         metric="captured", at_least=0.9, confidence=0.95, channel=None, below=None, above=None, quantile=None, name=None
     )
-    forced = Tallies([requirement], Exploration())  # type: ignore[arg-type, list-item]
+    forced = Tallies([requirement], Exploration())
     forced.add(pd.DataFrame({"sample": [0], "outcome": ["captured"]}), {})
     with pytest.raises(AttributeError, match="bounds"):
         forced.verdicts()
     with pytest.raises(UsageError, match="exploration: no verdicts"):
-        tallies(Exploration(), [requirement])  # type: ignore[list-item]
+        tallies(Exploration(), [requirement])
     assert tallies(Exploration(), []).verdicts() == ()
     assert Exploration().quantile([1.0, 2.0, 3.0], 0.5, 0.95) == Observed(2.0, 3)
     assert Exploration().band(10, 0.95) is None

@@ -222,7 +222,7 @@ def test_pd_plus_lyapunov_function_falls(one: Any) -> None:
     inertia, inverse = Symmetric.of(moment, 0.0), Symmetric.of(1.0 / moment, 0.0)
     plant = one.plant._replace(mass=mass, inertia=inertia, inertia_inverse=inverse)
     now = seen(one)
-    wrench = pd_plus.respond(now, (), SimpleNamespace(), gains).command  # type: ignore[arg-type]
+    wrench = pd_plus.respond(now, (), SimpleNamespace(), gains).command
     known = closed_loop.relative(one.motion, one.target, now.alpha_t, plant.port)
     rate = closed_loop.motion_rate(one.motion, known, plant, wrench)
 

@@ -254,7 +254,7 @@ def test_anti_windup_rests_while_nothing_is_saturated() -> None:
     start = law.start(look(one), one.gains)
     response = law.respond(look(one), start, actuators(one), one.gains)
     assert not np.array(response.rate.zeta.parts()).any()
-    plain = nominal_backstepping.respond(look(one), nominal_backstepping.Control(start.mass, start.inertia), None, one.gains)  # type: ignore[arg-type]
+    plain = nominal_backstepping.respond(look(one), nominal_backstepping.Control(start.mass, start.inertia), None, one.gains)
     np.testing.assert_allclose(response.command.parts(), plain.command.parts(), rtol=1e-12)
     one = far(one)
     response = law.respond(look(one), start, actuators(one), one.gains)

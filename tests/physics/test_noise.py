@@ -114,7 +114,7 @@ def coloured(steps: Sequence[int], h: float = H) -> tuple[Array, Array, Array]:
 
     def one(own: Numbers) -> Any:
         def step(memory: Any, k: Any) -> Any:
-            now = keep(Tick(k, k * h, h), None, memory, own)  # type: ignore[arg-type]  # where the flight is plays no part
+            now = keep(Tick(k, k * h, h), None, memory, own)  # where the flight is plays no part
             return now, now.parts()
 
         return jax.lax.scan(step, start(own), jnp.arange(max(steps) + 1))[1]

@@ -133,8 +133,8 @@ def test_a_drawn_distribution_goes_through_the_order_statistics(table: pd.DataFr
     finite, n = np.sort(x[np.isfinite(x)]), x.size
     assert len(steps) <= 200
     assert steps[0].tolist() == [finite[0], 0.0]
-    assert axis.lines[1].get_xdata()[0] == finite[-1]  # type: ignore[index]
-    assert axis.lines[1].get_ydata()[0] == finite.size / n  # type: ignore[index]
+    assert axis.lines[1].get_xdata()[0] == finite[-1]
+    assert axis.lines[1].get_ydata()[0] == finite.size / n
     for place, share in np.asarray(axis.lines[0].get_xydata())[1::2]:
         rank = round(share * n) - 1
         assert share * n == pytest.approx(rank + 1)

@@ -54,7 +54,7 @@ def test_the_folder_alone_is_enough(rvjax: Run, tmp_path: Path) -> None:
         local=False,
     )
     worker = station.Station(order)
-    worker._threads = None  # type: ignore[assignment]
+    worker._threads = None
     assert isinstance(worker._make(), Pilot)
     (folder / "inputs" / "masses.csv").write_text(MASSES.replace("88", "89"))
     for command in ("check", "report"):

@@ -80,7 +80,7 @@ def test_replay_compares_the_flight_with_the_row(flown: Path, monkeypatch: pytes
     honest = tables.samples_table
 
     def changed(*args: object) -> tuple[pd.DataFrame, object]:
-        frame, columns = honest(*args)  # type: ignore[arg-type]
+        frame, columns = honest(*args)
         frame["metric.delta_v_m_s"] = np.nextafter(frame["metric.delta_v_m_s"], np.inf)
         return frame, columns
 

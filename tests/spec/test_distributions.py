@@ -149,4 +149,4 @@ def test_joint_distributions_scale(ours: Direction | Ball, uniforms: int) -> Non
 )
 def test_parameters_that_make_no_distribution(make: object) -> None:
     with pytest.raises(ValueError):
-        make()  # type: ignore[operator]
+        make()

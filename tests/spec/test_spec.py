@@ -220,7 +220,7 @@ def test_parameters_of_a_component() -> None:
     names = parameters.quantities("faults.x")
     assert list(names) == ["faults.x.force_N", "faults.x.rate_rad_s", "faults.x.remaining", "faults.x.gains.k1"]
     with pytest.raises(ValidationError, match="frozen"):
-        parameters.order = 3  # type: ignore[misc]
+        parameters.order = 3
 
 
 def test_another_default_changes_nothing_else() -> None:
