@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import os
+import queue
 import re
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from rvjax.batch import LANES
+from rvjax.cli import app
 from rvjax.results import RunFolder
 from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
@@ -215,3 +218,14 @@ def test_every_bad_file_is_exit_2_with_its_places_and_no_traceback(rvjax: Run, t
         assert (code, out) == (2, ""), path
         assert "Traceback" not in err
         assert all(re.match(rf"{re.escape(str(path))}:\d+:\d+: ", line) for line in err.splitlines()), err
+
+
+@pytest.mark.parametrize(("lost", "number"), [(KeyboardInterrupt, signal.SIGINT), (app.Terminated, signal.SIGTERM)])
+def test_a_stop_that_a_callback_loses_comes_again(
+    lost: type[BaseException], number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As from JAX's callback of the garbage collection, out of which nothing can be raised. Kills: a Ctrl-C that does nothing."""
+    came: queue.Queue[tuple[int, int]] = queue.Queue()
+    monkeypatch.setattr(os, "kill", lambda *stop: came.put(stop))
+    app._again(SimpleNamespace(exc_type=lost))
+    assert came.get(timeout=10) == (os.getpid(), number)
