@@ -28,6 +28,7 @@ from rvjax.draw import Draws
 from rvjax.errors import AuditError, CampaignError
 from rvjax.flight import Carry
 from rvjax.readings import Reading, readings
+from rvjax.results import Audited
 from rvjax.spec import units
 from rvjax.spec.choice import entry_names
 from rvjax.spec.layout import thruster_names
@@ -50,19 +51,30 @@ LOOK_S = 5.0
 @dataclass(frozen=True)
 class Audit:
     """streams: how many were tried; columns: how many were read back. unlike: what the flight has in another way than the table,
-    in words. idle: the streams without an effect, with the number of samples that each was tried on."""
+    in words. idle: the streams without an effect, with the number of samples that each was tried on. moved: the others, each with
+    the number of the state, or else of a metric, that it changed most where it was first seen to."""
 
     streams: int
     columns: int
     unlike: tuple[str, ...]
     idle: Mapping[str, int]
+    moved: Mapping[str, str]
+
+    @property
+    def record(self) -> Audited:
+        """What a run folder keeps of it."""
+        return Audited(
+            dispersions=self.streams,
+            read_back=self.columns,
+            acting=len(self.moved),
+            idle=dict(self.idle),
+            moved=dict(self.moved),
+        )
 
     def __str__(self) -> str:
         allowed = f"; without an effect, as allowed: {', '.join(self.idle)}" if self.idle else ""
-        acting = self.streams - len(self.idle)
-        return (
-            f"audit: {self.columns} columns are in the flight what the table says; {acting} dispersions each act alone{allowed}"
-        )
+        told = f"audit: {self.columns} columns are in the flight what the table says"
+        return f"{told}; {len(self.moved)} dispersions each act alone{allowed}"
 
 
 def audit(problem: Problem, flyer: Flyer) -> Audit:
@@ -72,6 +84,7 @@ def audit(problem: Problem, flyer: Flyer) -> Audit:
     tried: Counter[str] = Counter()
     unlike: dict[str, str] = {}
     columns: set[str] = set()
+    moved: dict[str, str] = {}
     for _ in range(ROUNDS):
         names = list(waiting)
         for first in range(0, len(names), LANES // 2):
@@ -83,12 +96,14 @@ def audit(problem: Problem, flyer: Flyer) -> Audit:
             tried.update(name for name, _ in pairs)
             columns |= {column for reading in read for column in reading.columns}
             unlike |= {" ".join(reading.columns): found for reading in read if (found := _unlike(reading))}
+            moved |= acted
             for name in acted:
                 del waiting[name]
     idle = {name: tried[name] for name in waiting}
     missing = set(pool.values) - columns
     unlike |= {name: f"{name}: nothing tells what the flight has of it" for name in sorted(missing)}
-    return Audit(len(pool.streams), len(columns), tuple(unlike.values()), idle)
+    moved = {name: moved[name] for name in pool.streams if name in moved}
+    return Audit(len(pool.streams), len(columns), tuple(unlike.values()), idle, moved)
 
 
 def prove(problem: Problem, flyer: Flyer) -> Audit:
@@ -147,23 +162,24 @@ def _candidates(problem: Problem, pool: Draws, name: str) -> Sequence[int]:
     return range(POOL)
 
 
-def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[set[str], list[Reading]]:
-    """The streams that acted in one of their pairs, and what was read back of all lanes."""
+def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[dict[str, str], list[Reading]]:
+    """The streams that acted in one of their pairs, each with what it changed, and what was read back of all lanes."""
     samples = np.resize(np.repeat([sample for _, sample in pairs], 2), LANES).astype(np.int64)
     names = [name for name, _ in pairs]
     moved = {name: np.zeros(LANES, dtype=bool) for name in names}
     for place, name in enumerate(names):
         moved[name][2 * place + 1] = True
     draws, drawn = Draws.of(problem, samples, moved)
-    acted: set[str] = set()
+    acted: dict[str, str] = {}
     read: list[Reading] = []
 
     def look(numbers: Drawn, carry: Carry) -> bool:
         if not read:
             read.extend(readings(problem, draws, numbers))
-        different = _different(carry)
-        acted.update(name for place, name in enumerate(names) if different[place])
-        return not acted.issuperset(names)
+        for name, signal in zip(names, _signals(problem, carry), strict=False):  # fewer names than pairs in the last chunk
+            if signal:
+                acted.setdefault(name, signal)
+        return not acted.keys() >= set(names)
 
     steps, every = problem.spec.horizon.steps, max(1, round(LOOK_S / problem.spec.horizon.step_s))
     instants = {steps, *range(every, steps, every), *(one for one in (1, 10) if one < steps)}
@@ -171,13 +187,27 @@ def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[
     return acted, read
 
 
-def _different(carry: Carry) -> NDArray[np.bool_]:
-    """(pairs,) whether anything in the state or in the metrics is another number in the two lanes of a pair."""
-    found = np.zeros(LANES // 2, dtype=bool)
-    for leaf in jax.tree.leaves((carry.y, carry.folds, carry.lost_s)):
-        own, other = leaf[0 : 2 * len(found) : 2], leaf[1 : 2 * len(found) : 2]
-        found |= (own != other) & ~(np.isnan(own) & np.isnan(other))
+def _signals(problem: Problem, carry: Carry) -> list[str]:
+    """Of each pair the number that differs most between its two lanes, measured by its largest value in any lane; empty where all
+    are the same to the last bit. Numbers of the state go before those of the metrics."""
+    found = [""] * (LANES // 2)
+    folds = {next(iter(metric.columns)): own for metric, own in zip(problem.metrics, carry.folds, strict=True)}
+    for part in (carry.y, folds, {"lost_s": carry.lost_s}):
+        paths, leaves = zip(*jax.tree_util.tree_flatten_with_path(part)[0], strict=True)
+        shares = np.stack([_shares(leaf) for leaf in leaves])
+        for pair, (place, share) in enumerate(zip(np.argmax(shares, axis=0), np.max(shares, axis=0), strict=True)):
+            if not found[pair] and share >= 0.0:
+                found[pair] = jax.tree_util.keystr(paths[place], simple=True, separator=".")
     return found
+
+
+def _shares(leaf: Values) -> Values:
+    """(pairs,) by what share of its largest value a number differs in the two lanes of a pair; below 0 where it does not."""
+    own, other = leaf[0 : LANES // 2 * 2 : 2], leaf[1 : LANES // 2 * 2 : 2]
+    same = (own == other) | (np.isnan(own) & np.isnan(other))
+    with np.errstate(invalid="ignore", over="ignore"):
+        share = np.abs(own - other) / np.max(np.abs(leaf[np.isfinite(leaf)]), initial=np.finfo(leaf.dtype).tiny)
+    return np.where(same, -1.0, np.where(np.isnan(share), np.inf, share))
 
 
 def _unlike(reading: Reading) -> str:

@@ -55,6 +55,7 @@ def examine(folder: Path | None = None) -> Health:
             opened = _open(folder, facts)
             opened.verify()
             facts["run folder"] = f"{folder}: every file is intact, {vars(opened.account())}"
+            facts["audit"] = str(opened.audit or "no record of it in this folder")
         except FolderError as error:
             damaged = True
             complaints += str(error).splitlines()

@@ -118,7 +118,7 @@ def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Prog
     folder.weed(["envelopes"])
     unread = {chunk.number for chunk in folder.chunks}
     if folder.missing(chunks, ENVELOPE_CHUNKS):
-        prove(pilot.problem, pilot.flyer)
+        folder.keep_audit(prove(pilot.problem, pilot.flyer).record)
     while (missing := folder.missing(chunks, ENVELOPE_CHUNKS)) or unread:
         if missing:
             _fly_missing(pilot, folder, fold, crew, progress, missing)

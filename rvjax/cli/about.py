@@ -68,7 +68,7 @@ def validate(
         if audit:
             found = _proven(problem)
             output.text(f"{file}: {found}")
-            documents[file]["audit"] = {"streams": found.streams, "columns": found.columns, "idle": list(found.idle)}
+            documents[file]["audit"] = found.record.model_dump()
     output.document(documents)
     return 0
 

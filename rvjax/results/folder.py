@@ -27,7 +27,7 @@ from rvjax.results.datafile import DataFile
 from rvjax.results.journal import NAME as JOURNAL
 from rvjax.results.journal import Journal
 from rvjax.results.manifest import NAME as MANIFEST
-from rvjax.results.manifest import Entry, Head, Key, Part, differences, digest, json_bytes, plain
+from rvjax.results.manifest import Audited, Entry, Head, Key, Part, differences, digest, json_bytes, plain
 from rvjax.results.parquet import decode
 from rvjax.results.samples import OUTCOMES, Account, Samples, check_chunk, join
 from rvjax.results.store import PARTS, Store, compared
@@ -187,6 +187,17 @@ class RunFolder:
     def provenance(self) -> dict[str, Any]:
         """When, where and how the run was started."""
         return self._store.head.provenance
+
+    @property
+    def audit(self) -> Audited | None:
+        """What was proved of the dispersions before the first flight; None where that was not kept."""
+        return self._store.head.audit
+
+    def keep_audit(self, audit: Audited) -> None:
+        """Keeps what was proved, in place of an older proof: on the disk on return."""
+        self._store.claim()
+        self._store.head.audit = audit
+        self._store.fold()
 
     @property
     def requested(self) -> int:

@@ -78,8 +78,43 @@ class Entry(BaseModel):
         return self.key.number
 
 
+class Audited(BaseModel):
+    """What was proved of the dispersions before the first flight.
+
+    dispersions: how many were audited. read_back: drawn columns that were found in the compiled program as the table has them.
+    acting: dispersions that changed a flight when they alone were moved; moved: each with the number that it changed most.
+    idle: those without an effect, which `audit.allow` lets pass, each with the number of flights that it was tried on.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    dispersions: Annotated[int, Field(ge=0)]
+    read_back: Annotated[int, Field(ge=0)]
+    acting: Annotated[int, Field(ge=0)]
+    idle: dict[str, int]
+    moved: dict[str, str]
+
+    @model_validator(mode="after")
+    def _adds_up(self) -> Self:
+        if self.acting != len(self.moved) or self.acting + len(self.idle) != self.dispersions or self.idle.keys() & self.moved:
+            raise ValueError(f"{self.acting} acting and {len(self.idle)} idle dispersions are not {self.dispersions}")
+        return self
+
+    def __str__(self) -> str:
+        if not self.dispersions:
+            return "Nothing is drawn: there was no dispersion to audit."
+        audited = "1 dispersion was" if self.dispersions == 1 else f"{self.dispersions:,} dispersions were"
+        read = "1 drawn column was" if self.read_back == 1 else f"{self.read_back:,} drawn columns were"
+        idle = f"; without an effect, as audit.allow lets them: {', '.join(self.idle)}" if self.idle else ""
+        return (
+            f"Before the first flight {audited} audited: {read} read back inside the compiled program, bit for bit or by an "
+            f"independent formula, and {self.acting:,} acted when moved alone{idle}."
+        )
+
+
 class Head(BaseModel):
-    """The run's name, requested samples, identity and provenance, and the SHA-256 of its campaign file and of those it names."""
+    """The run's name, requested samples, identity, provenance and audit, and the SHA-256 of its campaign file and of those it
+    names."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -88,6 +123,7 @@ class Head(BaseModel):
     samples: Annotated[int, Field(ge=1)]
     identity: dict[str, Any]
     provenance: dict[str, Any]
+    audit: Audited | None = None
     campaign: Digest
     inputs: dict[str, Digest] = {}
 

@@ -22,7 +22,7 @@ from rvjax.check import Verdict
 from rvjax.columns import CHANNELS
 from rvjax.errors import FolderError, IncompleteError
 from rvjax.fold import Fold
-from rvjax.results import BASELINES, Account, Column, RunFolder
+from rvjax.results import BASELINES, Account, Audited, Column, RunFolder
 from rvjax.results.manifest import Entry
 from rvjax.samplers import basis_of
 from rvjax.sections.page import Number
@@ -60,6 +60,7 @@ class Run:
     traces: Mapping[int, pd.DataFrame]
     identity: Mapping[str, Any]
     provenance: Mapping[str, Any]
+    audit: Audited | None
     chunks: tuple[Entry, ...]
     baselines: Mapping[str, Totals]
 
@@ -182,6 +183,7 @@ def opened(folder: RunFolder, fold: Fold, campaign: Spec) -> Run:
         traces={sample: folder.trace(sample) for sample in overlaid},
         identity=folder.identity,
         provenance=folder.provenance,
+        audit=folder.audit,
         chunks=folder.chunks,
         baselines={choice.name: found for choice in campaign.baselines if (found := _baseline(folder, choice.name, totals))},
     )

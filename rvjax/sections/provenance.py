@@ -32,8 +32,13 @@ def section(run: Run) -> Section:
             tuple((Code(chunk.file), count(chunk.first), count(chunk.count), Code(chunk.sha256)) for chunk in chunks),
         ),
     )
-    body = (*_sketched(run), *(table for table in tables if table.rows))
+    body = (_audited(run), *_sketched(run), *(table for table in tables if table.rows))
     return Section("provenance", "Provenance and definitions", lead, body)
+
+
+def _audited(run: Run) -> str:
+    """What is known of the proof that the dispersions act."""
+    return str(run.audit or "This folder has no record of an audit of its dispersions.")
 
 
 def _sketched(run: Run) -> tuple[str, ...]:

@@ -65,6 +65,19 @@ def test_a_sound_campaign_passes(problem: Problem, flyer: Flyer) -> None:
     assert not found.idle
 
 
+def test_it_tells_what_each_dispersion_moved(problem: Problem, flyer: Flyer) -> None:
+    """Forces show in the rate of their own axis, torques likewise. Kills: what comes first, since in the end all moves all."""
+    kept = prove(problem, flyer).record
+    assert (kept.dispersions, kept.acting) == (len(kept.moved), len(kept.moved))
+    assert list(kept.moved) == list(Draws.of(problem, np.arange(2, dtype=np.int64))[0].streams)
+    for axis in "xyz":
+        assert kept.moved[f"start.rho_m.{axis}"] == f"motion.rho.{axis}"
+        assert kept.moved[f"faults.bias.share.f{axis}"] == f"motion.nu.{axis}"
+        assert kept.moved[f"faults.bias.onset_s.t{axis}"] == f"motion.omega.{axis}"
+    assert kept.moved["pursuer.mass_kg"].startswith("motion.nu.")
+    assert kept.moved["target.orbit.true_anomaly_rad"].startswith("target.")
+
+
 def leaves(problem: Problem) -> list[tuple[str, int]]:
     """Name and number of everything in the flight's numbers that differs from sample to sample."""
     _, drawn = Draws.of(problem, np.arange(64, dtype=np.int64))
@@ -121,7 +134,9 @@ def test_a_component_that_does_not_look_at_its_numbers_is_named(problem: Problem
     allowed = replace(
         problem, spec=problem.spec.model_copy(update={"audit": type(problem.spec.audit)(allow=("faults.bias.share",))})
     )
-    assert prove(allowed, flyer).idle.keys() == found.idle.keys()
+    kept = prove(allowed, flyer).record
+    assert kept.idle == found.idle
+    assert kept.dispersions == kept.acting + 6
 
 
 IDLE = """\

@@ -112,6 +112,12 @@ def test_a_damaged_folder_is_exit_5(rvjax: Run, flown: Path, tmp_path: Path) -> 
         assert "Traceback" not in err
 
 
+def test_doctor_tells_what_was_audited(rvjax: Run, flown: Path) -> None:
+    code, out, _ = rvjax("doctor", flown, "--json")
+    assert code == 0
+    assert "dispersions were audited: " in json.loads(out)["facts"]["audit"]
+
+
 def test_no_run_folder(rvjax: Run, tmp_path: Path) -> None:
     code, out, err = rvjax("report", tmp_path)
     assert (code, out) == (5, "")

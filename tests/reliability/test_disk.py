@@ -15,6 +15,7 @@ import pytest
 
 from rvjax import batch, identity, pilot, replay
 from rvjax import run as running
+from rvjax.audit import Audit
 from rvjax.pilot import Parcel, Pilot
 from rvjax.results import RunFolder
 from tests.disk import Disk, Killed
@@ -78,7 +79,8 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (batch, pilot, identity, replay, running):
         monkeypatch.setattr(module, "LANES", LANES)
     monkeypatch.setattr(running, "trace", once)
-    monkeypatch.setattr(running, "prove", lambda problem, flyer: None)
+    audit = Audit(1, 1, (), {}, {"pursuer.mass_kg": "motion.nu.x"})
+    monkeypatch.setattr(running, "prove", lambda problem, flyer: audit)
     monkeypatch.setattr(running, "run", lambda *given: run(*given[:6], crew, *given[7:]))
     monkeypatch.setattr("rvjax.sections.SECTIONS", ())
 

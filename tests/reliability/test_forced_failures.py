@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from rvjax import family, report
+from rvjax.audit import Audit
 from rvjax.batch import LANES
 from rvjax.check import judge_folder
 from rvjax.results import RunFolder
@@ -62,7 +63,8 @@ def test_broken_flights_are_counted_and_disturb_no_other(
     """
     build = report.build
     monkeypatch.setattr(report, "build", lambda folder: Path(folder))
-    monkeypatch.setattr("rvjax.run.prove", lambda problem, flyer: None)  # where all flights break, most dispersions do nothing
+    unproved = Audit(0, 0, (), {}, {})  # where all flights break, most dispersions do nothing
+    monkeypatch.setattr("rvjax.run.prove", lambda problem, flyer: unproved)
     counts: list[str] = []
     unbroken = pd.DataFrame()
     for share in CHUNKS:

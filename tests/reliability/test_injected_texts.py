@@ -22,7 +22,7 @@ from markdown_it.token import Token
 from rvjax.errors import FolderError, IncompleteError
 from rvjax.report import build, html, markdown
 from rvjax.report.picture import Picture
-from rvjax.results import Column, RunFolder
+from rvjax.results import Audited, Column, RunFolder
 from rvjax.sections.page import Code, Drawing, Headline, Mark, Named, Section, Table
 from rvjax.sections.plot import axes
 from rvjax.sections.wording import label
@@ -172,6 +172,8 @@ def reported(place: Path, all_texts: Sequence[str], file_texts: Sequence[str], n
     overrides = [f"description={quoted(text)}" for text in (*file_texts[::16], " ".join(file_texts))]
     provenance = {"started": first, "command": ["rvjax", *all_texts], "overrides": overrides, "host": list(all_texts)}
     with RunFolder.create(place, identity, provenance, whole.campaign_text(), SAMPLES, "made-up") as folder:
+        idle = dict.fromkeys(all_texts, 1)
+        folder.keep_audit(Audited(dispersions=len(idle), read_back=1, acting=0, idle=idle, moved={}))
         folder.commit(0, frame, columns)
         histories = whole.envelopes()
         folder.write_envelope(0, histories, {name: Column(name, first, first) for name in histories.columns})

@@ -15,6 +15,7 @@ import pytest
 
 from rvjax.errors import FolderError
 from rvjax.report import build
+from rvjax.results import Audited, RunFolder
 
 Make = Callable[..., Path]
 
@@ -165,6 +166,22 @@ def test_a_damaged_folder_is_refused(made: Make, tmp_path: Path) -> None:
     (folder / "campaign.yaml").write_text("name: other\n")
     with pytest.raises(FolderError, match="damaged or edited"):
         build(folder)
+
+
+def test_the_audit_is_one_sentence_of_both_reports(made: Make, tmp_path: Path) -> None:
+    """Kills: a record that nobody gets to see; silence where there is none."""
+    folder = made(tmp_path / "run", 20)
+    build(folder)
+    nothing = "This folder has no record of an audit of its dispersions."
+    assert nothing in (folder / "report.md").read_text()
+    assert nothing in Page((folder / "report.html").read_text()).text
+    with RunFolder.open(folder) as opened:
+        opened.keep_audit(Audited(dispersions=2, read_back=5, acting=1, idle={"start.nu_m_s": 9}, moved={"start.sigma": "nu.x"}))
+    build(folder)
+    assert "2 dispersions were audited: 5 drawn columns were read back" in (folder / "report.md").read_text()
+    text = Page((folder / "report.html").read_text()).text
+    assert "and 1 acted when moved alone; without an effect, as audit.allow lets them: start.nu_m_s." in text
+    assert nothing not in text
 
 
 def test_markdown_has_the_same_numbers_as_the_page(report: Path) -> None:

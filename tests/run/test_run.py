@@ -17,7 +17,7 @@ from rvjax.check import judge_folder
 from rvjax.columns import CHANNELS
 from rvjax.errors import FolderError, UsageError
 from rvjax.replay import replay
-from rvjax.results import RunFolder
+from rvjax.results import Audited, RunFolder
 from rvjax.run import run
 from rvjax.sections.opened import open_run
 from tests.short import CAMPAIGN, SHORT
@@ -150,6 +150,27 @@ def test_kept_traces_are_those_of_the_worst_samples(tmp_path: Path) -> None:
     for sample in list(first)[:2]:
         again, _, _ = replay(tmp_path / "run", sample)
         pd.testing.assert_frame_equal(again, first[sample], check_exact=True)
+
+
+def test_the_audit_is_kept_and_renewed_where_something_is_flown(flown: Path, tmp_path: Path) -> None:
+    """Kills: a proof that nobody can look up afterwards; one of earlier flights that is taken for one of those flown since."""
+    kept = RunFolder.open(flown).audit
+    assert kept is not None
+    draws = [name for name in table(flown) if name.startswith("draw.")]
+    assert kept.read_back == len(draws)
+    assert kept.dispersions == len(kept.moved) > 50
+    assert f"{kept.dispersions} dispersions were audited" in (flown / "report.md").read_text()
+    again = tmp_path / "again"
+    shutil.copytree(flown, again)
+    older = Audited(dispersions=1, read_back=1, acting=0, idle={"faults": 1}, moved={})
+    with RunFolder.open(again) as folder:
+        folder.keep_audit(older)
+    run(CAMPAIGN, again, SHORT)
+    assert RunFolder.open(again).audit == older  # nothing was flown
+    assert "as audit.allow lets them: faults." in (again / "report.html").read_text()
+    next((again / "samples").glob("00000-*")).unlink()
+    run(CAMPAIGN, again, SHORT)
+    assert RunFolder.open(again).audit == kept
 
 
 def test_another_seed_is_another_run(flown: Path) -> None:
