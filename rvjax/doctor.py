@@ -70,6 +70,7 @@ def _open(folder: Path, facts: dict[str, Any]) -> RunFolder:
         return RunFolder.open(folder)
     except FolderError as error:
         with RunFolder.rebuild(folder) as rebuilt:
-            made = f"made again from {len(rebuilt.chunks)} chunks that are whole; the old one is in quarantine/"
+            chunks = "1 chunk that is" if len(rebuilt.chunks) == 1 else f"{len(rebuilt.chunks)} chunks that are"
+            made = f"made again from {chunks} whole; the old one is in quarantine/"
             facts["manifest"] = f"{str(error).rpartition('; ')[0]}; {made}"
         return RunFolder.open(folder)

@@ -20,7 +20,7 @@ def section(run: Run) -> Section:
     lead = "The same identity gives the same table, bit for bit."
     chunks = run.chunks[:_CHUNKS_SHOWN]
     more = len(run.chunks) - len(chunks)
-    rest = f" The hashes of the other {count(more)} chunks are in manifest.json." if more else ""
+    rest = f" {count(more)} more {'is' if more == 1 else 'are'} in manifest.json." if more else ""
     tables = (
         Table("Command that flies it again.", ("command",), ((Code(_command(run)),),)),
         Table("Identity: everything the numbers are a function of.", ("what", "value"), _facts(run.identity)),

@@ -68,6 +68,25 @@ def test_a_wrong_campaign_is_exit_2_with_its_place(rvjax: Run, tmp_path: Path) -
     assert sorted(paths) == ["controller.use", "pursuer.mass_g", "pursuer.mass_kg"]
 
 
+def test_validate_counts_the_flights_of_every_baseline(rvjax: Run) -> None:
+    """Kills: a cost of the controller under test alone, a table's time for each; "1 chunks"."""
+    two = "baselines=[{use: pd-plus}, {use: pd-plus, name: soft}]"
+    code, out, err = rvjax("validate", CAMPAIGN, "--samples", 4096, "--set", two)
+    assert code == 0, err
+    assert "4,096 samples and 2 baselines, 12,288 flights in 30 chunks; " in out
+    alone, both = (
+        json.loads(rvjax("validate", CAMPAIGN, "--json", "--samples", 4096, "--set", said)[1])[str(CAMPAIGN)]
+        for said in ("baselines=[]", two)
+    )
+    assert (alone["baselines"], alone["flights"], both["baselines"], both["flights"]) == (0, 4096, 2, 12288)
+    for name in ("chunks", "steps", "seconds"):
+        assert both[name] == pytest.approx(3 * alone[name])
+    assert (both["samples"], both["drawn"]) == (alone["samples"], alone["drawn"])
+    assert f": 1 sample in 1 chunk, {alone['drawn']} numbers" in rvjax("validate", CAMPAIGN, "--samples", 1)[1]
+    one = rvjax("validate", CAMPAIGN, "--samples", 416, "--set", "baselines=[{use: pd-plus}]")[1]
+    assert "416 samples and 1 baseline, 832 flights in 2 chunks; " in one
+
+
 def test_check_gives_the_verdict_as_exit_code(rvjax: Run, flown: Path) -> None:
     """40 captured of 40 cannot show 99 %: undecided (3)."""
     code, out, _ = rvjax("check", flown)
