@@ -30,7 +30,7 @@ from rvjax.results import BASELINES, Account, RunFolder
 from rvjax.results.manifest import NAME as MANIFEST
 from rvjax.samplers import basis_of
 from rvjax.spec.choice import Choice
-from rvjax.totals import wanted
+from rvjax.totals import Totals, wanted
 
 TRACE_ROWS = 600
 """Of a kept flight: one of more steps is thinned to at most so many."""
@@ -64,6 +64,23 @@ def run(
     Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another run; IncompleteError
     where the disk refuses or chunks could not be flown.
     """
+    place, account, fold = _run(path, out, overrides, progress or (lambda done, total: None), command, opened, crew, baseline)
+    if finished is not None:
+        finished(account, fold.verdicts)
+    return place
+
+
+def _run(
+    path: str | Path,
+    out: str | Path | None,
+    overrides: Sequence[str],
+    progress: Progress,
+    command: Sequence[str],
+    opened: Callable[[Path], None] | None,
+    crew: Crew,
+    baseline: Callable[[str], None] | None,
+) -> tuple[Path, Account, Fold]:
+    """As `run`; returns the folder, how the samples ended, and all that was folded of them."""
     problem = load(path, overrides)
     process.configure(problem.spec.precision)
     mine = identity(problem)
@@ -80,18 +97,18 @@ def run(
     fold = Fold(spec.require, basis_of(spec), spec.keep)
     with folder:
         pilot = Pilot(problem, mine)
-        _fly(pilot, folder, fold, crew, progress or (lambda done, total: None))
+        _fly(pilot, folder, fold, crew, progress)
         _keep(pilot, folder, wanted(fold.totals))
+        others: dict[str, Totals] = {}
         for choice in spec.baselines:
             if baseline is not None:
                 baseline(choice.name)
-            run(path, place / BASELINES / choice.name, (*overrides, *instead(choice)), progress, command, crew=crew)
+            its = place / BASELINES / choice.name, (*overrides, *instead(choice))
+            others[choice.name] = _run(path, *its, progress, command, None, crew, None)[2].totals
         from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
 
-        report.write(folder, report.opened(folder, fold, spec))
-    if finished is not None:
-        finished(fold.totals.account(spec.samples), fold.verdicts)
-    return place
+        report.write(folder, report.opened(folder, fold, spec, others))
+    return place, fold.totals.account(spec.samples), fold
 
 
 def instead(choice: Choice) -> tuple[str, ...]:

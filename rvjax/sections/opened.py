@@ -161,14 +161,16 @@ def open_run(path: str | Path) -> Run:
     return opened(folder, fold, campaign)
 
 
-def opened(folder: RunFolder, fold: Fold, campaign: Spec) -> Run:
-    """The run of a folder whose samples have been folded; reads envelopes and the traces that are shown, no samples.
+def opened(folder: RunFolder, fold: Fold, campaign: Spec, others: Mapping[str, Totals] | None = None) -> Run:
+    """The run of a folder whose samples have been folded; reads envelopes and the traces that are shown, no samples. others: of
+    the baselines whose samples have been folded, too, their totals by name; the samples of the others are read.
 
     FolderError where those are damaged, IncompleteError where no chunk is finished.
     """
     totals = fold.totals
     if not totals.n:
         raise IncompleteError(f"{folder.path}: no chunk is finished yet; fly it with `rvjax run` and the same --out")
+    names = [choice.name for choice in campaign.baselines]
     kept = set(folder.trace_samples())
     overlaid = [sample for sample in totals.worst["sample"].tolist() if sample in kept][:OVERLAID]
     return Run(
@@ -185,19 +187,21 @@ def opened(folder: RunFolder, fold: Fold, campaign: Spec) -> Run:
         provenance=folder.provenance,
         audit=folder.audit,
         chunks=folder.chunks,
-        baselines={choice.name: found for choice in campaign.baselines if (found := _baseline(folder, choice.name, totals))},
+        baselines={name: one for name in names if (one := _baseline(folder, name, totals, others or {}))},
     )
 
 
-def _baseline(folder: RunFolder, name: str, own: Totals) -> Totals | None:
+def _baseline(folder: RunFolder, name: str, own: Totals, others: Mapping[str, Totals]) -> Totals | None:
     """The totals of another controller's run, None where it has not flown all of the samples; FolderError where it flew other
     draws than the run that it stands beside."""
     path = folder.path / BASELINES / name
-    if not path.is_dir():
-        return None
-    totals = Totals()
-    for table in RunFolder.open(path).tables():
-        totals.add(*table)
+    totals = others.get(name)
+    if totals is None:
+        if not path.is_dir():
+            return None
+        totals = Totals()
+        for table in RunFolder.open(path).tables():
+            totals.add(*table)
     drawn = [name for name in own.head.columns if name.startswith("draw.") and not name.startswith("draw.controller.")]
     if totals.n != own.n:
         return None

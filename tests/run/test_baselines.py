@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from rvjax import sections
 from rvjax.errors import FolderError
 from rvjax.report import build
 from rvjax.results import RunFolder
@@ -53,6 +54,21 @@ def test_a_baseline_is_flown_again_where_it_is_missing(folder: Path) -> None:
     assert "comparison." not in (folder / "summary.json").read_text()
     run(CAMPAIGN, folder, OVERRIDES)
     assert {path: path.read_bytes() for path in (folder / "baselines").rglob("*.parquet")} == before
+
+
+def test_what_was_folded_while_flying_is_what_a_report_reads(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kills: every sample of every baseline read once more at the end of a run; a comparison that depends on who made it."""
+    shutil.copytree(folder, tmp_path / "run")
+    shutil.rmtree(tmp_path / "run" / "baselines")
+    with monkeypatch.context() as patched:
+        patched.setattr(sections.opened, "RunFolder", None)  # nothing is opened there
+        run(CAMPAIGN, tmp_path / "run", OVERRIDES)
+    made = {name: (tmp_path / "run" / name).read_bytes() for name in ("summary.json", "report.html", "report.md")}
+    assert b"comparison.soft." in made["summary.json"]
+    build(tmp_path / "run")
+    assert {name: (tmp_path / "run" / name).read_bytes() for name in made} == made
 
 
 def test_other_draws_are_not_compared(folder: Path, tmp_path: Path) -> None:
