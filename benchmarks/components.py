@@ -8,6 +8,7 @@ ratios within a round say how quiet the machine was. What came out: docs/perform
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import time
 from collections.abc import Mapping, Sequence
@@ -25,6 +26,13 @@ def _pushed(said: str) -> Sequence[str]:
         "{use: sinusoid, force_N: {uniform: [0, 0.02]}, torque_Nm: {uniform: [0, 0.005]}, rate_rad_s: {uniform: [0.01, 0.1]}}"
     )
     return (f"disturbances=[{sinusoid}, {said}]",)
+
+
+def _of(family: str) -> Sequence[str]:
+    """All of a family, as in the campaign that shows it."""
+    from ruamel.yaml import YAML
+
+    return (f"{family}={json.dumps(YAML(typ='safe').load(CAMPAIGN.with_name(f'{family}.yaml'))[family])}",)
 
 
 OU = _pushed("{use: ornstein-uhlenbeck, force_N: 0.01, torque_Nm: 0.002, time_constant_s: 20}")
@@ -49,6 +57,19 @@ ROWS: Mapping[str, tuple[Sequence[str], str]] = {
     "navigation gyro-drift": (("navigation=[{use: gyro-drift, walk_deg_s: 0.001}]",), ""),
     "navigation delay of 8 steps": (("navigation=[{use: delay, steps: 8}]",), ""),
     "sampled controller": (("horizon.control_period_s=0.2",), ""),
+    "all eight faults, scheduled": (_of("faults"), ""),
+    "six disturbances": (_of("disturbances"), ""),
+    "all four navigation errors": (_of("navigation"), ""),
+    "one of each: fault with a schedule, ornstein-uhlenbeck, noise, sampled": (
+        (
+            "faults=[{use: effectiveness, onset_s: {uniform: [30, 150]}, remaining: 0.5, schedule: {count: 2}}]",
+            *OU,
+            *SEEN,
+            "horizon.control_period_s=0.2",
+        ),
+        "",
+    ),
+    "everything": ((*_of("faults"), *_of("disturbances"), *_of("navigation"), "horizon.control_period_s=0.2"), ""),
 }
 """Overrides of the campaign, and which noise it flies with."""
 

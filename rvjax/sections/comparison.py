@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from rvjax.sections import plot
 from rvjax.sections.opened import CONFIDENCE, Run
 from rvjax.sections.page import Cell, Drawing, Number, Section, Table
-from rvjax.sections.wording import capital, count, label, percent, spoken
+from rvjax.sections.wording import count, label, percent, spoken
 from rvjax.totals import Totals
 
 _QUANTILES = (
@@ -48,8 +48,8 @@ def _lead(run: Run, shares: dict[str, Number]) -> str:
     best = max(shares, key=lambda name: shares[name].estimate.value)
     own = run.spec.controller.name
     if shares[own].estimate.value >= shares[best].estimate.value:
-        return f"No other controller is captured more often than {own}: {spoken(shares[own])}."
-    return f"{capital(best)} is captured most often: {spoken(shares[best])}. {own}: {spoken(shares[own])}."
+        return f"No other controller has more samples captured than {own}: {spoken(shares[own])}."
+    return f"Most samples are captured with {best}: {spoken(shares[best])}. With {own}: {spoken(shares[own])}."
 
 
 def _captured(run: Run, name: str, totals: Totals) -> Number:

@@ -18,7 +18,7 @@ from tests.short import CAMPAIGN, SHORT
 
 CHUNKS = 9
 SAMPLES = (CHUNKS - 1) * LANES + 100
-OVERRIDES = [*SHORT, f"samples={SAMPLES}"]
+OVERRIDES = [*SHORT, f"samples={SAMPLES}", "controller={use: pd-plus}", "keep={worst: 2}", "horizon.step_s=0.02"]
 SETS = [part for one in OVERRIDES for part in ("--set", one)]
 
 QUICK = {
@@ -30,8 +30,8 @@ QUICK = {
 
 
 def program(*arguments: object, **more: str) -> subprocess.Popen[str]:
-    """The program in a process of its own."""
-    return process([sys.executable, "-m", "rvjax", *map(str, arguments)], more)
+    """The program in a process of its own, its reports without sections."""
+    return process([sys.executable, "-m", "tests.reliability.bare", *map(str, arguments)], more)
 
 
 def run(out: Path, *arguments: object, **more: str) -> subprocess.Popen[str]:

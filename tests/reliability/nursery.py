@@ -21,6 +21,9 @@ from typing import Any
 PLACES = ("start", "open", "fly", "take", "worst", "report", "write", "verdict")
 """What a run goes through; it comes more than once through `take`, and through `write` for every file of the report."""
 
+SECTIONS = 4
+"""Sections of a report, so that drawing it does not take longer than all the rest."""
+
 
 class Nursery:
     """The other side: starts the process, asks it to raise children. before: words in front of its command, as `unshare`."""
@@ -52,9 +55,11 @@ class Nursery:
 
 def watch(note: Callable[[str], None]) -> None:
     """Has the program tell where it is."""
-    from rvjax import pilot, report, run
+    from rvjax import pilot, report, run, sections
     from rvjax.cli import flying
     from rvjax.results import RunFolder
+
+    sections.SECTIONS = sections.SECTIONS[:SECTIONS]
 
     def told(name: Callable[..., str], call: Callable[..., Any]) -> Callable[..., Any]:
         def step(*given: Any, **more: Any) -> Any:

@@ -79,9 +79,11 @@ def first_chunk(folder: Path, running: subprocess.Popen[str]) -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 4])
 def test_workers_of_this_machine_fly_the_same_bits(
-    tmp_path: Path, pilot: Pilot, inline: dict[str, str], count: int, figure: Callable[[str], None]
+    tmp_path: Path, pilot: Pilot, inline: dict[str, str], count: int, full: bool, figure: Callable[[str], None]
 ) -> None:
     """Kills: another compiler setting in a worker, draws that depend on the process, a chunk that comes twice."""
+    if count != 2 and not full:
+        pytest.skip("half a minute; with --long")
     said: list[str] = []
     fly(pilot, tmp_path / "run", workers(count, said.append))
     assert said[0].startswith("Dask: http://127.0.0.1:")

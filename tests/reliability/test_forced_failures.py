@@ -19,7 +19,7 @@ from rvjax.results import RunFolder
 from rvjax.run import run
 from tests.short import CAMPAIGN
 
-CHUNKS = {0.0: 50, 1e-4: 50, 0.01: 25, 0.5: 10, 1.0: 5}
+CHUNKS = {0.0: 50, 1e-4: 50, 0.01: 10, 0.5: 5, 1.0: 3}
 """Chunks to fly, by the share that breaks; the last one is cut."""
 
 DURATION, STEP = 4.0, 0.1

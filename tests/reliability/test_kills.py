@@ -46,7 +46,7 @@ AIMS = (
     ("take", 6, 0.03),
     ("worst", 1, 0.5),
     ("take", 24, 0.03),
-    ("write", 20, 0.05),
+    ("write", 8, 0.05),
     ("start", 1, 5.0),
 )
 """Where a kill may fall, each as often: a place, which of how many passages, the most seconds after it. The last falls anywhere

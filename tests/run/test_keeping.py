@@ -13,7 +13,7 @@ from rvjax.results import RunFolder
 from rvjax.run import TRACED, run
 from tests.short import CAMPAIGN, SHORT
 
-SOME = [*SHORT, "samples=220", "capture={position_m: 17, attitude_mrp: 1, window_s: 5}"]
+SOME = [*SHORT, "samples=220", "controller={use: pd-plus}", "capture={position_m: 18, attitude_mrp: 1, window_s: 5}"]
 """Not every sample is captured."""
 
 

@@ -1,0 +1,13 @@
+"""The program with reports without sections, for tests that are not about them: drawing takes longer than a short campaign.
+
+`python -m tests.reliability.bare ARGUMENTS` is `rvjax ARGUMENTS`.
+"""
+
+from __future__ import annotations
+
+from rvjax import sections
+from rvjax.cli import main
+
+if __name__ == "__main__":
+    sections.SECTIONS = ()
+    main()
