@@ -64,7 +64,8 @@ def run(
     Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another run; IncompleteError
     where the disk refuses or chunks could not be flown.
     """
-    place, account, fold = _run(path, out, overrides, progress or (lambda done, total: None), command, opened, crew, baseline)
+    given = progress or _nothing, command, opened or _nothing, crew, baseline or _nothing
+    place, account, fold = _run(path, out, overrides, *given)
     if finished is not None:
         finished(account, fold.verdicts)
     return place
@@ -76,11 +77,11 @@ def _run(
     overrides: Sequence[str],
     progress: Progress,
     command: Sequence[str],
-    opened: Callable[[Path], None] | None,
+    opened: Callable[[Path], None],
     crew: Crew,
     baseline: Callable[[str], None] | None,
 ) -> tuple[Path, Account, Fold]:
-    """As `run`; returns the folder, how the samples ended, and all that was folded of them."""
+    """As `run`; returns the folder, how the samples ended, and all that was folded of them. baseline: None where one flies."""
     problem = load(path, overrides)
     process.configure(problem.spec.precision)
     mine = identity(problem)
@@ -92,23 +93,26 @@ def _run(
     if there and PLAN in mine:
         _same_plan(place, mine)
     folder = RunFolder.resume(place, *described, LANES, inputs) if there else RunFolder.create(place, *described, inputs)
-    if opened is not None:
-        opened(place)
+    opened(place)
     fold = Fold(spec.require, basis_of(spec), spec.keep)
     with folder:
         pilot = Pilot(problem, mine)
-        _fly(pilot, folder, fold, crew, progress)
+        _fly(pilot, folder, fold, crew, progress, baseline is None)
         _keep(pilot, folder, wanted(fold.totals))
         others: dict[str, Totals] = {}
         for choice in spec.baselines:
-            if baseline is not None:
-                baseline(choice.name)
+            assert baseline is not None, "a baseline has none"
+            baseline(choice.name)
             its = place / BASELINES / choice.name, (*overrides, *instead(choice))
-            others[choice.name] = _run(path, *its, progress, command, None, crew, None)[2].totals
+            others[choice.name] = _run(path, *its, progress, command, _nothing, crew, None)[2].totals
         from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
 
         report.write(folder, report.opened(folder, fold, spec, others))
     return place, fold.totals.account(spec.samples), fold
+
+
+def _nothing(*given: object) -> None:
+    """Takes no notice."""
 
 
 def instead(choice: Choice) -> tuple[str, ...]:
@@ -128,14 +132,14 @@ def _same_plan(place: Path, mine: Mapping[str, Any]) -> None:
         )
 
 
-def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:
+def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress, baseline: bool) -> None:
     """Flies the chunks that the folder lacks, and folds them and those that were there. One of these that turns out to be
     damaged is flown again."""
     chunks = math.ceil(folder.requested / LANES)
     folder.weed(["envelopes"])
     unread = {chunk.number for chunk in folder.chunks}
     if folder.missing(chunks, ENVELOPE_CHUNKS):
-        folder.keep_audit(prove(pilot.problem, pilot.flyer).record)
+        folder.keep_audit(prove(pilot.problem, pilot.flyer, baseline).record)
     while (missing := folder.missing(chunks, ENVELOPE_CHUNKS)) or unread:
         if missing:
             _fly_missing(pilot, folder, fold, crew, progress, missing)

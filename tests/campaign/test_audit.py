@@ -78,6 +78,12 @@ def test_it_tells_what_each_dispersion_moved(problem: Problem, flyer: Flyer) -> 
     assert kept.moved["target.orbit.true_anomaly_rad"].startswith("target.")
 
 
+def test_a_rare_fault_is_tried_where_it_comes(flyer: Flyer) -> None:
+    """One channel in a hundred fails. Kills: streams of a schedule tried on any samples, of which hardly one notices."""
+    rare = load(CAMPAIGN, [text.replace("probability: 0.3", "probability: 0.01") for text in OVERRIDES])
+    assert not prove(rare, flyer).idle
+
+
 def leaves(problem: Problem) -> list[tuple[str, int]]:
     """Name and number of everything in the flight's numbers that differs from sample to sample."""
     _, drawn = Draws.of(problem, np.arange(64, dtype=np.int64))
@@ -131,6 +137,7 @@ def test_a_component_that_does_not_look_at_its_numbers_is_named(problem: Problem
     with pytest.raises(CampaignError) as caught:
         prove(problem, flyer)
     assert len(caught.value.findings) == 6
+    assert prove(problem, flyer, baseline=True).idle == found.idle, "a flight may be lost before the fault comes"
     allowed = replace(
         problem, spec=problem.spec.model_copy(update={"audit": type(problem.spec.audit)(allow=("faults.bias.share",))})
     )

@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 
 from rvjax import sections
+from rvjax.audit import Audit
+from rvjax.batch import Flyer
+from rvjax.campaign import Problem
 from rvjax.errors import FolderError
 from rvjax.report import build
 from rvjax.results import RunFolder
@@ -54,6 +57,20 @@ def test_a_baseline_is_flown_again_where_it_is_missing(folder: Path) -> None:
     assert "comparison." not in (folder / "summary.json").read_text()
     run(CAMPAIGN, folder, OVERRIDES)
     assert {path: path.read_bytes() for path in (folder / "baselines").rglob("*.parquet")} == before
+
+
+def test_only_the_campaign_itself_has_to_show_that_its_draws_act(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kills: a comparison that is refused because one of its controllers loses every flight before a fault comes."""
+    asked: list[bool] = []
+
+    def prove(problem: Problem, flyer: Flyer, baseline: bool) -> Audit:
+        asked.append(baseline)
+        return Audit(0, 0, (), {}, {})
+
+    monkeypatch.setattr("rvjax.run.prove", prove)
+    monkeypatch.setattr("rvjax.sections.SECTIONS", ())
+    run(CAMPAIGN, tmp_path / "run", OVERRIDES)
+    assert asked == [False, True]
 
 
 def test_what_was_folded_while_flying_is_what_a_report_reads(
