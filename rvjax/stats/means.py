@@ -20,7 +20,7 @@ from rvjax.stats.binomial import Estimate
 RESAMPLES = 2000
 """Bootstrap samples behind an interval."""
 
-CORRECTED = 10_000
+CORRECTED = 5_000
 """Up to so many values the bootstrap is corrected (BCa), which takes time with their square; the correction falls with 1/n."""
 
 AT_ONCE = 10**7

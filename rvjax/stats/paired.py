@@ -170,7 +170,7 @@ def quantile_difference(
         drawn = rng.integers(n, size=(min(batch, resamples - start), n))
         found.append(_difference(*(np.partition(side[drawn], rank, axis=-1)[:, rank] for side in values)))
     differences = np.concatenate(found)
-    tail = math.floor(resamples * (1 - confidence) / 2)
+    tail = max(0, math.floor((resamples + 1) * (1 - confidence) / 2 + 1e-9) - 1)  # 1e-9 forgives rounding
     low = np.sort(np.where(np.isnan(differences), -math.inf, differences))[tail]
     high = np.sort(np.where(np.isnan(differences), math.inf, differences))[-1 - tail]
     return Estimate(value, float(low), float(high), n, confidence, method)
