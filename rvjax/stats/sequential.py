@@ -20,8 +20,8 @@ from rvjax.stats.walk import Boundary
 SMALL = 1e-250
 """Below this a tail of the Beta law is computed from its continued fraction, which has no smallest number."""
 
-TERMS = 10_000
-"""Of that fraction, at most; it needs some ten where the tail is so small."""
+TERMS = 100
+"""Of that fraction, at most; it needs less than ten where the tail is so small."""
 
 
 def log_e_pass(n: ArrayLike, failures: ArrayLike, p0: float) -> NDArray[np.float64]:

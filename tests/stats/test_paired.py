@@ -212,7 +212,7 @@ def test_quantile_difference_keeps_the_pairs() -> None:
 
 
 def test_quantile_difference_agrees_with_a_general_bootstrap() -> None:
-    """SciPy's paired one, other numbers. Kills: half the confidence, the median for q, ends swapped."""
+    """SciPy's paired one, other numbers. Kills: twice the risk, the median for q, ends swapped."""
     grid = (np.arange(300) + 0.5) / 300
     a, b = oracle.norm.ppf(grid), oracle.norm.ppf(grid[np.random.default_rng(5).permutation(300)], 0.4, 1.5)
 
@@ -223,7 +223,7 @@ def test_quantile_difference_agrees_with_a_general_bootstrap() -> None:
     found = quantile_difference(a, b, 0.8, rng=np.random.default_rng(4), resamples=4000)
     low, high = reference.confidence_interval
     assert found.value == pytest.approx(float(apart(a, b, 0)), abs=1e-12)
-    assert (found.low, found.high) == pytest.approx((low, high), abs=0.1 * (high - low))
+    assert (found.low, found.high) == pytest.approx((low, high), abs=0.05 * (high - low))
     assert found == quantile_difference(a, b, 0.8, rng=np.random.default_rng(4), resamples=4000)
 
 

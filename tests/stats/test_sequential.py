@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats as oracle
 
-from rvjax.stats import e_boundary, log_e_fail, log_e_pass, log_ratio, schedule, sprt_boundary, walk
+from rvjax.stats import e_boundary, log_e_fail, log_e_pass, log_ratio, schedule, sequential, sprt_boundary, walk
 
 GRID = [  # p0, p1, alpha, beta
     (0.5, 0.7, 0.05, 0.05),
@@ -60,21 +60,21 @@ def by_integration(n: int, failures: int, p0: float, above: bool) -> float:
     ],
 )
 def test_e_is_the_mixture_of_likelihood_ratios(n: int, failures: int, p0: float) -> None:
-    """Beyond the smallest double too. Kills: Beta(1, 1), a prior over all p, s and f swapped, a term of the fraction."""
+    """Beyond the smallest double too. Kills: Beta(1, 1), a prior over all p, s and f swapped."""
     assert float(log_e_pass(n, failures, p0)) == pytest.approx(by_integration(n, failures, p0, True), rel=1e-9, abs=1e-9)
     assert float(log_e_fail(n, failures, p0)) == pytest.approx(by_integration(n, failures, p0, False), rel=1e-9, abs=1e-9)
 
 
 def test_a_million_samples_do_not_overflow() -> None:
-    """The tail at 10^6 samples is 1e-70,000 and less, next to it the fraction joins on. Kills: a fraction cut short."""
-    failures = np.array([0, 9000, 10_000, 11_000, 20_000, 100_000, 500_000, 1_000_000])
+    """Tails far below the smallest double, and just at it. Kills: no fraction, one without its even terms."""
+    failures = np.array([0, 9000, 10_000, 11_000, 13_900, 20_000, 100_000, 500_000, 1_000_000])
     up, down = log_e_pass(10**6, failures, 0.99), log_e_fail(10**6, failures, 0.99)
     assert np.isfinite(up).all()
     assert np.isfinite(down).all()
     assert np.all(np.diff(up) < 0)
     assert np.all(np.diff(down) > 0)
     with mpmath.workdps(60):
-        for f, found in zip(failures[4:7].tolist(), up[4:7].tolist(), strict=True):
+        for f, found in zip(failures[4:8].tolist(), up[4:8].tolist(), strict=True):
             a, b, q = f + mpmath.mpf("0.5"), 10**6 - f + mpmath.mpf("0.5"), mpmath.mpf(0.01)
             series, term, k = mpmath.mpf(0), mpmath.mpf(1), 0  # I_q(a, b) a B(a, b) / (q^a (1 - q)^b) by its power series
             while term > series * mpmath.mpf(10) ** -25:
@@ -82,6 +82,15 @@ def test_a_million_samples_do_not_overflow() -> None:
             prior = mpmath.betainc(0.5, 0.5, 0, q)
             expected = mpmath.log(series * mpmath.sqrt(q * (1 - q)) / (a * prior))
             assert found == pytest.approx(float(expected), rel=1e-10)
+
+
+@pytest.mark.parametrize(("a", "b", "x"), [(2.5, 3.5, 0.2), (10.5, 40.5, 0.1), (200.5, 3.5, 0.5), (4.5, 900.5, 0.001)])
+def test_the_fraction_is_that_of_the_incomplete_beta(a: float, b: float, x: float) -> None:
+    """Where it needs many terms, which no e-process does. Kills: a term with another sign or index, a fraction cut short."""
+    found = sequential._log_fraction(np.array([a]), np.array([b]), x)
+    with mpmath.workdps(30):
+        expected = mpmath.log(mpmath.betainc(a, b, 0, x) * a / (mpmath.mpf(x) ** a * (1 - mpmath.mpf(x)) ** b))
+    assert found == pytest.approx(float(expected), rel=1e-13)
 
 
 @pytest.mark.parametrize(("n", "p0"), [(1, 0.5), (7, 0.9), (60, 0.95), (377, 0.99), (2000, 0.99)])
