@@ -14,6 +14,7 @@ from rvjax.stats import (
     lower_tolerance_bound,
     mean_interval,
     quantile_interval,
+    tolerance_interval,
     upper_tolerance_bound,
     wilks_smallest_n,
 )
@@ -101,6 +102,24 @@ def test_smallest_and_largest_value_enclose_the_share(q: float, n: int) -> None:
     assert wilks_smallest_n(q, 0.95, failures=1) == n
     enclosed = [1 - m * q ** (m - 1) + (m - 1) * q**m for m in (n - 1, n)]
     assert enclosed[0] < 0.95 <= enclosed[1]
+
+
+@pytest.mark.parametrize(("q", "n"), [(0.95, 93), (0.99, 473)])
+def test_tolerance_interval_is_from_the_smallest_to_the_largest_value_first(q: float, n: int) -> None:
+    """At the published n, and infinite below it. Kills: one side's risk for both, n - 1."""
+    assert tolerance_interval(np.arange(n)[::-1], q, 0.95) == (0, n - 1)
+    assert tolerance_interval(np.arange(n - 1), q, 0.95) == (-math.inf, math.inf)
+    assert tolerance_interval([*range(n - 1), math.nan], q, 0.95) == (0, math.inf)
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.9, 0.99])
+@pytest.mark.parametrize(("n", "q"), [(2, 0.2), (50, 0.8), (51, 0.5), (400, 0.95), (1000, 0.9)])
+def test_tolerance_interval_is_the_narrowest_of_equal_ranks(n: int, q: float, confidence: float) -> None:
+    """The share between x_(m) and x_(n+1-m) is Beta(n + 1 - 2 m, 2 m). Kills: a rank off by one either way, P(... < 2 m)."""
+    found = tolerance_interval(np.arange(1.0, n + 1), q, confidence)
+    m = 0 if found.low == -math.inf else int(found.low)
+    assert m == 0 or (found.high == n + 1 - m and oracle.beta.sf(q, n + 1 - 2 * m, 2 * m) >= confidence)
+    assert 2 * m + 2 > n or oracle.beta.sf(q, n + 1 - 2 * (m + 1), 2 * (m + 1)) < confidence
 
 
 @pytest.mark.parametrize("confidence", [0.9, 0.95, 0.99])

@@ -1,0 +1,93 @@
+"""Statistics of Monte-Carlo samples: pure functions of NumPy and SciPy.
+
+Two kinds. Exact at the stated confidence for every number of samples, and so fit for a verdict: Clopper-Pearson bounds and the
+verdicts built on them (`binomial`), e-processes and the ratio test with Ville's bounds (`sequential`), order statistics and
+the band (`quantiles`), empirical Bernstein (`means`), McNemar's exact test and its e-process (`paired`), Holm (`families`).
+Approximate, for plots and effects, and said so in `Estimate.method` or their text: Wilson, Jeffreys, bootstraps, Newcombe,
+Tango, mid-p. `walk` gives the exact errors of anything that counts failures.
+"""
+
+from rvjax.stats.binomial import (
+    Chances,
+    Ends,
+    Estimate,
+    clopper_pearson,
+    clopper_pearson_lower,
+    clopper_pearson_upper,
+    coverage,
+    fixed_boundary,
+    jeffreys,
+    verdict_chances,
+    wilks_smallest_n,
+    wilson,
+    worst_coverage,
+)
+from rvjax.stats.families import holm
+from rvjax.stats.means import (
+    RESAMPLES,
+    bootstrap_interval,
+    empirical_bernstein,
+    empirical_bernstein_lower,
+    empirical_bernstein_upper,
+    mean_interval,
+)
+from rvjax.stats.paired import Pairs, log_e_paired, mcnemar, newcombe, noninferiority, pairs_of, quantile_difference, tango
+from rvjax.stats.quantiles import (
+    Interval,
+    dkw_band,
+    lower_tolerance_bound,
+    quantile_interval,
+    quantile_rank,
+    tolerance_interval,
+    upper_tolerance_bound,
+)
+from rvjax.stats.sequential import e_boundary, log_e_fail, log_e_pass, log_ratio, sprt_boundary
+from rvjax.stats.walk import Boundary, Walk, decisions, schedule, walk
+
+__all__ = [
+    "RESAMPLES",
+    "Boundary",
+    "Chances",
+    "Ends",
+    "Estimate",
+    "Interval",
+    "Pairs",
+    "Walk",
+    "bootstrap_interval",
+    "clopper_pearson",
+    "clopper_pearson_lower",
+    "clopper_pearson_upper",
+    "coverage",
+    "decisions",
+    "dkw_band",
+    "e_boundary",
+    "empirical_bernstein",
+    "empirical_bernstein_lower",
+    "empirical_bernstein_upper",
+    "fixed_boundary",
+    "holm",
+    "jeffreys",
+    "log_e_fail",
+    "log_e_paired",
+    "log_e_pass",
+    "log_ratio",
+    "lower_tolerance_bound",
+    "mcnemar",
+    "mean_interval",
+    "newcombe",
+    "noninferiority",
+    "pairs_of",
+    "quantile_difference",
+    "quantile_interval",
+    "quantile_rank",
+    "schedule",
+    "sprt_boundary",
+    "tango",
+    "tolerance_interval",
+    "upper_tolerance_bound",
+    "verdict_chances",
+    "walk",
+    "wilks_smallest_n",
+    "wilson",
+    "worst_coverage",
+]
