@@ -35,6 +35,10 @@ def _of(family: str) -> Sequence[str]:
     return (f"{family}={json.dumps(YAML(typ='safe').load(CAMPAIGN.with_name(f'{family}.yaml'))[family])}",)
 
 
+def _thrusters(allocation: str) -> Sequence[str]:
+    return (f"actuators={{use: thrusters, layout: cube-24, size_m: 1, max_N: 1.2, allocation: {allocation}}}",)
+
+
 OU = _pushed("{use: ornstein-uhlenbeck, force_N: 0.01, torque_Nm: 0.002, time_constant_s: 20}")
 SEEN = (f"navigation=[{{use: noise, {NAVIGATION}}}]",)
 WAVE = ", ".join(f"[{10 * row}, {np.sin(row):.3f}, 0, 0, 0, 0, 0]" for row in range(32))
@@ -69,7 +73,9 @@ ROWS: Mapping[str, tuple[Sequence[str], str]] = {
         ),
         "",
     ),
-    "everything": ((*_of("faults"), *_of("disturbances"), *_of("navigation"), "horizon.control_period_s=0.2"), ""),
+    "24 thrusters, pseudo-inverse": (_thrusters("pseudo-inverse"), ""),
+    "24 thrusters, bounded least squares": (_thrusters("bounded-least-squares"), ""),
+    "everything but thrusters": ((*_of("faults"), *_of("disturbances"), *_of("navigation"), "horizon.control_period_s=0.2"), ""),
 }
 """Overrides of the campaign, and which noise it flies with."""
 
