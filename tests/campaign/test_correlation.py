@@ -113,5 +113,5 @@ def test_the_variables_are_what_is_drawn(campaign: object) -> None:
     """Kills a draw that the names of a campaign cannot reach, and a name of a draw that there is not."""
     problem = load(campaign)
     drawn = Draws.of(problem, np.arange(1))[0]
-    values = {name for name in drawn.values if not name.endswith(".schedule.failing")}  # which is counted, not drawn
+    values = {name for name in drawn.values if not name.endswith((".schedule.failing", ".rejected"))}  # counted, not drawn
     assert {name for one in problem.dispersions.variables.values() for name in one.draws} == values

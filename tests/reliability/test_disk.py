@@ -80,7 +80,7 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "LANES", LANES)
     monkeypatch.setattr(running, "trace", once)
     audit = Audit(1, 1, (), {}, {"pursuer.mass_kg": "motion.nu.x"})
-    monkeypatch.setattr(running, "prove", lambda problem, flyer: audit)
+    monkeypatch.setattr(running, "prove", lambda problem, flyer, baseline: audit)
     monkeypatch.setattr(running, "run", lambda *given: run(*given[:6], crew, *given[7:]))
     monkeypatch.setattr("rvjax.sections.SECTIONS", ())
 

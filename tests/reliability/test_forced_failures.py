@@ -64,7 +64,7 @@ def test_broken_flights_are_counted_and_disturb_no_other(
     build = report.build
     monkeypatch.setattr(report, "build", lambda folder: Path(folder))
     unproved = Audit(0, 0, (), {}, {})  # where all flights break, most dispersions do nothing
-    monkeypatch.setattr("rvjax.run.prove", lambda problem, flyer: unproved)
+    monkeypatch.setattr("rvjax.run.prove", lambda problem, flyer, baseline: unproved)
     counts: list[str] = []
     unbroken = pd.DataFrame()
     for share in CHUNKS:
