@@ -71,7 +71,8 @@ def _figure(run: Run, controllers: dict[str, Totals], shares: dict[str, Number])
         estimate = shares[name].estimate
         low, high = plot.ends(estimate)
         ends = [[100 * (estimate.value - low)], [100 * (high - estimate.value)]]
-        left.errorbar([100 * estimate.value], [row], xerr=ends, fmt="o", ms=5, color=colour, capsize=2, lw=1.4)
+        face = "white" if row >= len(plot.SERIES) else colour  # as the curve, which is dashed then
+        left.errorbar([100 * estimate.value], [row], xerr=ends, fmt="o", ms=5, color=colour, mfc=face, capsize=2, lw=1.4)
         if "settling_time_s" in totals.metrics:
             _curve(run, right, totals, colour, name, _STYLES[row // len(plot.SERIES) % len(_STYLES)])
     left.set_yticks(range(len(controllers)), list(controllers))
@@ -83,6 +84,7 @@ def _figure(run: Run, controllers: dict[str, Totals], shares: dict[str, Number])
     right.set_xlim(0, run.spec.horizon.duration_s)
     interval = run.basis.words(" with its interval")
     text = f"Left: captured share{interval}. Right: share of samples whose position has settled (▸: the others never do)."
+    text += " A dashed curve belongs to a hollow dot." if len(controllers) > len(plot.SERIES) else ""
     return Drawing("comparison", text, figure)
 
 
