@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from rvjax import requirements
 from rvjax.allocation import Allocation, Gear, bounded_least_squares, pseudo_inverse, wrench
 from rvjax.closed_loop import Loop
 from rvjax.columns import CHANNELS, Column
@@ -112,6 +113,9 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         quantities = {name: quantity for name, quantity in own.quantities().items() if not name.startswith("schedule.")}
         part[choice.path] = Part(choice.prefix, quantities, found.noisy, schedule)
         drawn |= own.quantities(choice.prefix)
+    dispersions = resolve(spec, spec.quantities() | drawn, sampler.build(parameters[spec.sampler.path]))
+    if wrong := requirements.findings(spec, dispersions.columns):
+        raise CampaignError(wrong)
     return Problem(
         spec=spec,
         loop=Loop(
@@ -128,7 +132,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         faults=tuple(part[choice.path] for choice in spec.faults),
         disturbances=tuple(part[choice.path] for choice in spec.disturbances),
         navigation=tuple(part[choice.path] for choice in spec.navigation),
-        dispersions=resolve(spec, spec.quantities() | drawn, sampler.build(parameters[spec.sampler.path])),
+        dispersions=dispersions,
         fingerprint=spec.fingerprint(parameters),
     )
 

@@ -29,6 +29,11 @@ class Fold:
         self._tallies.add(frame, columns)
 
     @property
+    def decided(self) -> bool:
+        """Whether every requirement is decided by a sequential method, so that no further sample is needed."""
+        return self._tallies.decided()
+
+    @property
     def verdicts(self) -> tuple[Verdict, ...]:
         """On each requirement, from the samples taken in so far."""
         return self._tallies.verdicts()

@@ -18,7 +18,7 @@ from rvjax import process
 from rvjax.audit import prove
 from rvjax.batch import LANES
 from rvjax.campaign import load
-from rvjax.check import Verdict
+from rvjax.check import Verdict, campaign_of
 from rvjax.errors import UsageError
 from rvjax.executors import Crew
 from rvjax.executors.inline import beside, inline
@@ -29,6 +29,7 @@ from rvjax.replay import Trace, recorded, trace
 from rvjax.results import BASELINES, Account, RunFolder
 from rvjax.results.manifest import NAME as MANIFEST
 from rvjax.samplers import basis_of
+from rvjax.spec import Spec
 from rvjax.spec.choice import Choice
 from rvjax.totals import Totals, wanted
 
@@ -52,6 +53,7 @@ def run(
     crew: Crew = inline,
     finished: Callable[[Account, tuple[Verdict, ...]], None] | None = None,
     baseline: Callable[[str], None] | None = None,
+    until_decided: bool = False,
 ) -> Path:
     """Flies a campaign into a run folder, keeps the flights that it asks for and writes the report; returns the folder.
 
@@ -60,11 +62,14 @@ def run(
     opened: called with the folder once it is there, before anything flies. crew: who flies, `rvjax.executors`.
     finished: called with how the samples ended and with the verdicts, for which the folder need not be read again.
     baseline: called with the name of each other controller before it flies the same draws, into `baselines/<name>` of the folder.
+    until_decided: no more chunks are flown once sequential methods have decided all requirements; the samples of the campaign are
+    the most that are flown. Where one requirement is judged by a fixed number of samples, all of them are.
 
-    Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another run; IncompleteError
+    Errors: CampaignError with every finding; UsageError where samples are added that a fixed number of them was judged without;
+    FolderError where the folder is damaged or belongs to another run; IncompleteError
     where the disk refuses or chunks could not be flown.
     """
-    given = progress or _nothing, command, opened or _nothing, crew, baseline or _nothing
+    given = progress or _nothing, command, opened or _nothing, crew, baseline or _nothing, until_decided
     place, account, fold = _run(path, out, overrides, *given)
     if finished is not None:
         finished(account, fold.verdicts)
@@ -80,6 +85,7 @@ def _run(
     opened: Callable[[Path], None],
     crew: Crew,
     baseline: Callable[[str], None] | None,
+    until_decided: bool = False,
 ) -> tuple[Path, Account, Fold]:
     """As `run`; returns the folder, how the samples ended, and all that was folded of them. baseline: None where one flies."""
     problem = load(path, overrides)
@@ -87,28 +93,40 @@ def _run(
     mine = identity(problem)
     spec = problem.spec
     place = Path(out) if out is not None else Path("reports") / spec.name / short(mine)
-    described = (mine, provenance(command, overrides), spec.source.text, spec.samples, spec.name)
     there = (place / MANIFEST).exists()
     inputs = spec.source.inputs
-    if there and PLAN in mine:
-        _same_plan(place, mine)
+    if there:
+        _may_go_on(place, mine, spec)
+    early = until_decided and bool(spec.require) and all(one.method != "fixed" for one in spec.require)
+    first = RunFolder.open(place).requested if there else _wave(0)
+    samples = min(spec.samples, first) if early else spec.samples
+    described = (mine, provenance(command, overrides), spec.source.text, samples, spec.name)
     folder = RunFolder.resume(place, *described, LANES, inputs) if there else RunFolder.create(place, *described, inputs)
     opened(place)
     fold = Fold(spec.require, basis_of(spec), spec.keep)
     with folder:
         pilot = Pilot(problem, mine)
         _fly(pilot, folder, fold, crew, progress, baseline is None)
+        while early and not fold.decided and folder.requested < spec.samples:
+            folder.grow(min(spec.samples, _wave(folder.requested)))
+            _fly_missing(pilot, folder, fold, crew, progress)
         _keep(pilot, folder, wanted(fold.totals))
         others: dict[str, Totals] = {}
         for choice in spec.baselines:
             assert baseline is not None, "a baseline has none"
             baseline(choice.name)
-            its = place / BASELINES / choice.name, (*overrides, *instead(choice))
+            its = place / BASELINES / choice.name, (*overrides, *instead(choice), f"samples={folder.requested}")
             others[choice.name] = _run(path, *its, progress, command, _nothing, crew, None)[2].totals
         from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
 
         report.write(folder, report.opened(folder, fold, spec, others))
-    return place, fold.totals.account(spec.samples), fold
+        return place, fold.totals.account(folder.requested), fold
+
+
+def _wave(flown: int) -> int:
+    """So many samples are to be there at the next look at whether all is decided: a quarter more, or a chunk for each core."""
+    chunks = flown // LANES
+    return LANES * (chunks + max(process.cores(), chunks // 4))
 
 
 def _nothing(*given: object) -> None:
@@ -119,6 +137,21 @@ def instead(choice: Choice) -> tuple[str, ...]:
     """Overrides that put a baseline in the place of the controller under test."""
     said = {"use": choice.use, "name": choice.name, **choice.parameters}
     return f"controller={json.dumps(said)}", "baselines=[]"
+
+
+def _may_go_on(place: Path, mine: Mapping[str, Any], spec: Spec) -> None:
+    """UsageError where a folder cannot be gone on with to so many samples, or could not be judged then."""
+    folder = RunFolder.open(place)
+    if PLAN in mine:
+        _same_plan(place, mine)
+    if spec.samples <= folder.requested or folder.missing(math.ceil(folder.requested / LANES)):
+        return
+    if any(one.method == "fixed" for one in spec.require) and any(one.method == "fixed" for one in campaign_of(folder).require):
+        raise UsageError(
+            f"{place}: judged at {folder.requested} samples, now {spec.samples} are asked for; to look again until it passes is "
+            f"no test by a fixed number of samples. Accepted: --samples {folder.requested}, method: sequential in require, or "
+            "another folder with --out and another --seed"
+        )
 
 
 def _same_plan(place: Path, mine: Mapping[str, Any]) -> None:
@@ -142,17 +175,18 @@ def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Prog
         folder.keep_audit(prove(pilot.problem, pilot.flyer, baseline).record)
     while (missing := folder.missing(chunks, ENVELOPE_CHUNKS)) or unread:
         if missing:
-            _fly_missing(pilot, folder, fold, crew, progress, missing)
+            _fly_missing(pilot, folder, fold, crew, progress)
         for table in folder.sift(sorted(unread.difference(missing))):  # a damaged one is missing from then on
             fold.add(*table)
         unread.clear()
 
 
-def _fly_missing(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress, missing: Sequence[int]) -> None:
-    """Flies some chunks, commits each as it comes, and folds it."""
-    samples = folder.requested
+def _fly_missing(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:
+    """Flies the chunks that are missing, commits each as it comes, and folds it."""
+    samples, total = folder.requested, max(folder.requested, pilot.problem.spec.samples)
+    missing = folder.missing(math.ceil(samples / LANES), ENVELOPE_CHUNKS)
     done = samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing)
-    progress(done, samples)
+    progress(done, total)
 
     def keep(parcel: Parcel) -> None:
         nonlocal done
@@ -161,7 +195,7 @@ def _fly_missing(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progre
         for table in folder.tables([parcel.chunk]):  # what is on the disk is what is folded
             fold.add(*table)
         done += parcel.samples
-        progress(done, samples)
+        progress(done, total)
 
     with crew(pilot, folder) as executor:
         executor.fly(missing, keep)

@@ -204,6 +204,12 @@ class RunFolder:
         """The number of samples asked for."""
         return self._store.head.samples
 
+    def grow(self, samples: int) -> None:
+        """Asks for more samples than before, all chunks so far being whole: on the disk on return."""
+        self._store.claim()
+        self._store.head.samples = samples
+        self._store.fold()
+
     @property
     def chunks(self) -> tuple[Entry, ...]:
         """The finished chunks in order, each with its file and SHA-256."""

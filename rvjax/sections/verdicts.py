@@ -12,7 +12,7 @@ from rvjax.sections.page import Cell, Headline, Mark, Named, Number, Section, Ta
 from rvjax.sections.wording import SPACE, capital, channel, count, label, percent, prefixed, setting
 from rvjax.spec import Requirement
 
-_HEAD = ("requirement", "verdict", "share that complies", "required share", "quantile", "basis")
+_HEAD = ("requirement", "verdict", "share that complies", "required share", "quantile or mean", "basis")
 _ORDER = ("FAIL", "UNDECIDED", "PASS")
 
 
@@ -87,13 +87,17 @@ def _flown(run: Run) -> str:
 def _row(run: Run, verdict: Verdict, index: int) -> tuple[Cell, ...]:
     requirement = verdict.requirement
     key = f"requirement.{index + 1}"
-    estimate = verdict.quantity
+    found: Cell = "–"
+    if verdict.quantity is not None:
+        found = Number(f"{key}.quantile", verdict.quantity, *_unit(run, requirement))
+    elif requirement.mean:
+        found = Number(f"{key}.mean", verdict.estimate, *_unit(run, requirement))
     return (
         Named(_words(run, requirement), verdict.text.removeprefix(f"{verdict.verdict}: ")),
         Mark(verdict.verdict),
-        Number(f"{key}.complies", verdict.estimate, percent=True),
-        percent(verdict.limit),
-        Number(f"{key}.quantile", estimate, *_unit(run, requirement)) if estimate else "–",
+        "–" if requirement.mean else Number(f"{key}.complies", verdict.estimate, percent=True),
+        "–" if requirement.mean else percent(verdict.limit),
+        found,
         f"{percent(requirement.confidence)} confidence, n = {count(verdict.n)}; {verdict.estimate.method}",
     )
 
@@ -107,12 +111,16 @@ def _unit(run: Run, requirement: Requirement) -> tuple[str, bool]:
 def _words(run: Run, requirement: Requirement) -> str:
     """settling time: 95 % of samples below 200 s."""
     what = label(requirement.metric) + (f", {channel(requirement.channel)}" if requirement.channel else "")
-    share = requirement.at_least if requirement.at_least is not None else requirement.quantile
+    what += "".join(f", where {draw} {condition}" for draw, condition in requirement.where.items())
     side, bound = ("below", requirement.below) if requirement.below is not None else ("above", requirement.above)
     if bound is None:
-        return f"{what}: at least {percent(share or 0.0)} of samples"
+        return f"{what}: at least {percent(requirement.limit)} of samples"
     unit, in_percent = _unit(run, requirement)
     value = percent(bound) if in_percent else f"{setting(bound)} {prefixed(math.inf, unit)[1]}".strip()
     if requirement.quantile is not None:
         return f"{what}: {percent(requirement.quantile)} quantile {side} {value}"
-    return f"{what} {side} {value}: at least {percent(share or 0.0)} of samples"
+    if requirement.mean:
+        return f"{what}: mean {side} {value}"
+    if requirement.at_most is not None:
+        return f"{what} {side} {value}: at most {percent(requirement.at_most)} of samples"
+    return f"{what} {side} {value}: at least {percent(requirement.limit)} of samples"

@@ -25,6 +25,7 @@ from rvjax.stats.binomial import (
 from rvjax.stats.families import holm
 from rvjax.stats.means import (
     RESAMPLES,
+    bernstein_bounds,
     bootstrap_interval,
     empirical_bernstein,
     empirical_bernstein_lower,
@@ -53,6 +54,7 @@ __all__ = [
     "Interval",
     "Pairs",
     "Walk",
+    "bernstein_bounds",
     "bootstrap_interval",
     "clopper_pearson",
     "clopper_pearson_lower",

@@ -59,6 +59,18 @@ def empirical_bernstein(values: ArrayLike, low: float, high: float, confidence: 
     return Estimate(float(np.mean(x)) if x.size else math.nan, least, most, x.size, confidence, "empirical Bernstein")
 
 
+def bernstein_bounds(n: int, mean: float, variance: float, low: float, high: float, confidence: float) -> tuple[float, float]:
+    """Both one-sided bounds, each at the confidence, out of the moments of n values on [low, high]; variance over n - 1.
+
+    As `empirical_bernstein_lower` and `empirical_bernstein_upper`; (low, high) for n < 2.
+    """
+    check_share("confidence", confidence)
+    if n < 2:
+        return low, high
+    half = _half_width(n, variance, low, high, 1 - confidence)
+    return max(low, mean - half), min(high, mean + half)
+
+
 def bootstrap_interval(
     values: ArrayLike,
     statistic: Statistic,
@@ -129,5 +141,9 @@ def _bounded(values: ArrayLike, low: float, high: float, worst: float) -> NDArra
 def _margin(x: NDArray[np.float64], low: float, high: float, risk: float) -> float:
     """What the theorem adds to the mean, with probability of error `risk`."""
     check_share("confidence", 1 - risk)
+    return _half_width(x.size, float(np.var(x, ddof=1)), low, high, risk)
+
+
+def _half_width(n: int, variance: float, low: float, high: float, risk: float) -> float:
     log = math.log(2 / risk)
-    return math.sqrt(2 * float(np.var(x, ddof=1)) * log / x.size) + (high - low) * 7 * log / (3 * (x.size - 1))
+    return math.sqrt(2 * variance * log / n) + (high - low) * 7 * log / (3 * (n - 1))

@@ -6,7 +6,6 @@ import math
 import re
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from rvjax.check import Tallies, exit_code, judge_folder, reckon
 from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.results import Account, Column, RunFolder, Samples
 from rvjax.sketch import RELATIVE_ERROR
+from rvjax.spec import Requirement
 from rvjax.stats import quantile_interval
 
 judge, judge_all = partial(check.judge, basis=Independent()), partial(check.judge_all, basis=Independent())
@@ -27,8 +27,7 @@ judge, judge_all = partial(check.judge, basis=Independent()), partial(check.judg
 
 def require(metric: str, **parts: Any) -> Any:
     """A requirement with the fields of `rvjax.spec.Requirement`."""
-    empty = {"channel": None, "at_least": None, "below": None, "above": None, "quantile": None, "name": None}
-    return SimpleNamespace(**{"metric": metric, "confidence": 0.95, **empty, **parts})
+    return Requirement(metric=metric, **parts)
 
 
 def captured(k: int, n: int) -> pd.DataFrame:

@@ -1,0 +1,109 @@
+"""Which samples of a table a requirement is about, what their metric is, and which of them comply."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
+
+from rvjax.columns import CHANNELS, Column
+from rvjax.errors import UsageError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rvjax.spec import Requirement
+
+
+ANY = "any"
+"""The worst channel."""
+
+
+class Reading:
+    """Reads a requirement's numbers from tables of the same columns."""
+
+    def __init__(self, requirement: Requirement) -> None:
+        self.requirement = requirement
+        self.unit = ""
+        self._column: str | None = None
+
+    @property
+    def of_metric(self) -> bool:
+        """Whether it is on a metric; else on the outcome."""
+        return bool(self._column)
+
+    def values(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> NDArray[np.float64]:
+        """(class,) The metric of the samples of the class, NaN where a sample is not finite; of the outcome 1 where captured.
+
+        UsageError where the table lacks the metric, the channel, or a draw of the class.
+        """
+        if self._column is None:
+            self._column = column_of(self.requirement, list(frame.columns))
+            self.unit = columns[self._column].unit if self._column in columns else ""
+        chosen = self._chosen(frame)
+        outcome: NDArray[Any] = np.asarray(frame["outcome"], dtype=object)[chosen]
+        if not self._column:
+            return np.where(outcome == "captured", 1.0, math.nan)
+        return np.where(outcome != "not_finite", np.asarray(frame[self._column], dtype=float)[chosen], math.nan)
+
+    def comply(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which values comply (NaN never does)."""
+        if not self._column:
+            return values == 1.0
+        found = self._beyond(values)
+        return ~found & ~np.isnan(values) if self.requirement.at_most is not None else found
+
+    def _beyond(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
+        if self.requirement.below is not None:
+            return values < self.requirement.below
+        if self.requirement.above is not None:
+            return values > self.requirement.above
+        raise UsageError(f"{name(self.requirement)}: nothing to compare {self.requirement.metric} with; accepted: below or above")
+
+    def _chosen(self, frame: pd.DataFrame) -> NDArray[np.bool_]:
+        chosen = np.ones(len(frame), dtype=bool)
+        for draw, condition in self.requirement.where.items():
+            column = f"draw.{draw}"
+            if column not in frame:
+                raise UsageError(f"{name(self.requirement)}: where: no draw {draw!r} in the table; accepted: the name of a draw")
+            x = np.asarray(frame[column], dtype=float)
+            for bound, holds in (
+                (condition.below, np.less),
+                (condition.at_least, np.greater_equal),
+                (condition.equals, np.equal),
+            ):
+                if bound is not None:
+                    chosen &= holds(x, bound)
+        return chosen
+
+
+def column_of(requirement: Requirement, columns: Sequence[str]) -> str:
+    """The column that a requirement is on; empty for the outcome. UsageError names what there is."""
+    metric, channel = requirement.metric, requirement.channel
+    if metric == "captured" and channel is None:
+        return ""
+    start = f"metric.{metric}"
+    channels = [one for one in (*CHANNELS, ANY) if f"{start}.{one}" in columns]
+    if channel is None and start in columns:
+        return start
+    if (channel or ANY) in channels:
+        return f"{start}.{channel or ANY}"
+    if start not in columns and not channels:
+        metrics = sorted({"captured", *(_metric(one) for one in columns if one.startswith("metric."))})
+        raise UsageError(f"{name(requirement)}: metric {metric!r} is not in the table; accepted: {', '.join(metrics)}")
+    accepted = ", ".join(channels) or "none, it has one value for all"
+    raise UsageError(f"{name(requirement)}: {metric} has no channel {channel or ANY!r}; accepted: {accepted}")
+
+
+def _metric(column: str) -> str:
+    name, _, channel = column.removeprefix("metric.").rpartition(".")
+    return name if channel in (*CHANNELS, ANY) else column.removeprefix("metric.")
+
+
+def name(requirement: Requirement) -> str:
+    """The requirement's own name, or its metric and channel."""
+    channel = f" ({requirement.channel})" if requirement.channel else ""
+    return requirement.name or requirement.metric + channel

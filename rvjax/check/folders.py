@@ -1,0 +1,50 @@
+"""Verdicts of a run folder alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rvjax import spec
+from rvjax.check.folds import tallies
+from rvjax.errors import IncompleteError
+from rvjax.results import CAMPAIGN, Account, RunFolder
+from rvjax.samplers import basis_of
+from rvjax.totals import Ledger
+
+if TYPE_CHECKING:
+    from rvjax.check.verdict import Verdict
+    from rvjax.spec import Spec
+
+
+def campaign_of(folder: RunFolder) -> Spec:
+    """The campaign of a run folder, with what was set beside the file (`overrides` of its provenance).
+
+    FolderError where the file was changed since.
+    """
+    folder.campaign_text()  # verifies the file that is parsed next
+    return spec.load(folder.path / CAMPAIGN, [str(item) for item in folder.provenance.get("overrides", ())])
+
+
+def judge_folder(path: str | Path) -> tuple[Verdict, ...]:
+    """The verdict of a finished run on each requirement of its campaign; errors as of `reckon`."""
+    return reckon(path)[1]
+
+
+def reckon(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
+    """How the samples of a finished run ended, and the verdict on each requirement of its campaign, in one pass.
+
+    FolderError where the folder is none or is damaged. IncompleteError where samples are missing: a verdict on those
+    that happen to be there would not keep its promise.
+    """
+    folder = RunFolder.open(path)
+    if missing := folder.requested - sum(chunk.count for chunk in folder.chunks):
+        raise IncompleteError(
+            f"{path}: {missing} of {folder.requested} samples are missing; `rvjax run` with the same --out flies them"
+        )
+    campaign, ledger = campaign_of(folder), Ledger()
+    counted = tallies(basis_of(campaign), campaign.require)
+    for chunk, frame, columns in folder.tables():
+        ledger.add(chunk, frame, columns)
+        counted.add(frame, columns)
+    return ledger.account(folder.requested), counted.verdicts()

@@ -1,0 +1,57 @@
+"""What a campaign requires that its samples could never show: found when it is loaded, before anything flies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+from typing import Any
+
+from rvjax.errors import Finding
+from rvjax.spec import Requirement, Spec
+from rvjax.spec.notation import did_you_mean
+from rvjax.spec.values import is_mapping
+from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper, log_e_fail, log_e_pass, log_ratio
+
+
+def findings(spec: Spec, draws: Collection[str]) -> list[Finding]:
+    """Classes by draws that there are not, and requirements that no outcome of all samples would decide. draws: their names."""
+    return [*_classes(spec, {*draws, *_counts(spec)}), *_undecidable(spec)]
+
+
+def reach(requirement: Requirement, samples: int) -> tuple[bool, bool]:
+    """Whether so many samples can come to PASS, as they do best where all comply, and to FAIL, where none does."""
+    limit, confidence, n = requirement.limit, requirement.confidence, samples
+    if requirement.mean:
+        return True, True
+    if requirement.method == "fixed":
+        return clopper_pearson_lower(n, n, confidence) >= limit, clopper_pearson_upper(0, n, confidence) < limit
+    needed = -math.log(1.0 - confidence)
+    if requirement.method == "sequential":
+        return float(log_e_pass(n, 0, limit)) >= needed, float(log_e_fail(n, n, limit)) >= needed
+    best, worst = (float(log_ratio(n, failures, limit, requirement.design)) for failures in (0, n))
+    return best >= needed, -worst >= -math.log(1.0 - requirement.strength)
+
+
+def _classes(spec: Spec, names: Collection[str]) -> Iterator[Finding]:
+    for index, requirement in enumerate(spec.require):
+        for draw in requirement.where:
+            if draw not in names:
+                place = ("require", index, "where", draw)
+                yield spec.source.finding(
+                    place, f"{draw} is no draw of this campaign", did_you_mean(draw, sorted(names)), key=True
+                )
+
+
+def _counts(spec: Spec) -> Iterator[str]:
+    """Columns of the table that count what was drawn: how many channels of a fault fail."""
+    for fault in spec.faults:
+        said: Any = fault.parameters
+        if is_mapping(said) and "schedule" in said:
+            yield f"{fault.prefix}.schedule.failing"
+
+
+def _undecidable(spec: Spec) -> Iterator[Finding]:
+    for index, requirement in enumerate(spec.require):
+        if not any(reach(requirement, spec.samples)):
+            found = f"neither PASS nor FAIL could come of {spec.samples} samples, whatever they do"
+            yield spec.source.finding(("require", index), found, "accepted: more samples, or a lower confidence")
