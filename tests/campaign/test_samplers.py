@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections import Counter
 from itertools import permutations, product
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -29,6 +28,7 @@ from rvjax.run import _same_plan
 from rvjax.samplers.interface import of_stratum
 from rvjax.samplers.latin_hypercube import LatinHypercube, permuted
 from rvjax.samplers.sobol import Sobol
+from rvjax.spec import Requirement
 from tests.short import CAMPAIGN
 
 ALPHA = 1e-6
@@ -290,9 +290,7 @@ def test_only_independent_samples_have_bounds() -> None:
     assert [name for name, basis in bases.items() if isinstance(basis, Independent)] == ["monte-carlo"]
     assert all(isinstance(basis, Exploration) for name, basis in bases.items() if name != "monte-carlo")
     assert not hasattr(Exploration, "bounds")
-    requirement = SimpleNamespace(
-        metric="captured", at_least=0.9, confidence=0.95, channel=None, below=None, above=None, quantile=None, name=None
-    )
+    requirement = Requirement(metric="captured", at_least=0.9)
     forced = Tallies([requirement], Exploration())
     forced.add(pd.DataFrame({"sample": [0], "outcome": ["captured"]}), {})
     with pytest.raises(AttributeError, match="bounds"):

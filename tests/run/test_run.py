@@ -105,16 +105,15 @@ def test_worst_traces_are_kept_and_thinned(flown: Path) -> None:
 def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path, figure: Callable[[str], None]) -> None:
     """Kills: draws that depend on the number of samples, a chunk flown twice with another result, pads in the table."""
     first, then = 2 * LANES + 168, 3 * LANES + 50
-    fewer = table(run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, f"samples={first}"]))
+    quick = [*SHORT, QUICK, "require=[]"]
+    fewer = table(run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={first}"]))
     flown: list[int] = []
-    more = table(
-        run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, f"samples={then}"], progress=lambda done, total: flown.append(done))
-    )
+    more = table(run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={then}"], progress=lambda done, total: flown.append(done)))
     assert len(more) == then
     assert flown[0] == 2 * LANES, "whole chunks are there, the one that was cut is flown with those that are new"
     pd.testing.assert_frame_equal(more.iloc[:first], fewer, check_exact=True)
     again: list[int] = []
-    run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, f"samples={then}"], progress=lambda done, total: again.append(done))
+    run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={then}"], progress=lambda done, total: again.append(done))
     assert again == []
     for sample in REPLAYED:
         replay(tmp_path / "run", sample, every=100)  # compares every metric with the row
@@ -141,10 +140,10 @@ def test_the_verdict_is_on_the_requirements_given_last(flown: Path, tmp_path: Pa
 def test_kept_traces_are_those_of_the_worst_samples(tmp_path: Path) -> None:
     """A folder that grows from 5 to 60 samples. Kills: traces of samples that are no longer among the worst; a trace whose bits
     depend on the samples it is flown beside."""
-    run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=5"])
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=5", "require=[]"])
     folder = RunFolder.open(tmp_path / "run")
     first = {sample: folder.trace(sample) for sample in folder.trace_samples()}
-    run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=60"])
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=60", "require=[]"])
     kept = set(RunFolder.open(tmp_path / "run").trace_samples())
     assert kept == set(open_run(tmp_path / "run").totals.worst["sample"])
     for sample in list(first)[:2]:
