@@ -14,6 +14,7 @@ from rvjax.sections import (
     dispersions,
     drivers,
     envelopes,
+    evidence,
     others,
     provenance,
     saturation,
@@ -26,6 +27,7 @@ from rvjax.sections.page import Section
 
 SECTIONS: tuple[Callable[[Run], Section | None], ...] = (
     verdicts.section,
+    evidence.section,
     captured.section,
     settling.section,
     comparison.section,

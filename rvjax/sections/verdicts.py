@@ -93,7 +93,7 @@ def _row(run: Run, verdict: Verdict, index: int) -> tuple[Cell, ...]:
     elif requirement.mean:
         found = Number(f"{key}.mean", verdict.estimate, *_unit(run, requirement))
     return (
-        Named(_words(run, requirement), verdict.text.removeprefix(f"{verdict.verdict}: ")),
+        Named(requirement_words(run, requirement), verdict.text.removeprefix(f"{verdict.verdict}: ")),
         Mark(verdict.verdict),
         "–" if requirement.mean else Number(f"{key}.complies", verdict.estimate, percent=True),
         "–" if requirement.mean else percent(verdict.limit),
@@ -108,7 +108,7 @@ def _unit(run: Run, requirement: Requirement) -> tuple[str, bool]:
     return (run.column(column).unit if column else "1"), is_share(requirement.metric)
 
 
-def _words(run: Run, requirement: Requirement) -> str:
+def requirement_words(run: Run, requirement: Requirement) -> str:
     """settling time: 95 % of samples below 200 s."""
     what = label(requirement.metric) + (f", {channel(requirement.channel)}" if requirement.channel else "")
     what += "".join(f", where {draw} {condition}" for draw, condition in requirement.where.items())
