@@ -205,3 +205,18 @@ def test_every_missing_draw_of_a_class_is_named() -> None:
     requirements = [Requirement(metric="captured", at_least=0.5, where={"a.b": {"below": 1.0}})]  # pyright: ignore
     with pytest.raises(UsageError, match=r"captured: where: no draw 'a\.b' in the table"):
         judge_all(requirements, chunk(0, np.ones(3, dtype=bool)), Independent())
+
+
+def test_a_class_has_its_own_looks_and_its_edges() -> None:
+    """Draws 0, 1, 2, 0, 1, 2, …: below 1, at least 1, equal to 1. Kills: failures counted among all samples, an edge that belongs
+    to both sides or to none."""
+    outcomes = np.arange(600) % 3 == 0  # captured where the draw is 0
+    made = [chunk(first, outcomes[first : first + 300]).assign(**{"draw.d": np.arange(300) % 3}) for first in (0, 300)]
+    said = {"at_least": 0.9, "method": "sequential"}
+    for condition, n, word in (({"below": 1.0}, 100, "PASS"), ({"at_least": 1.0}, 200, "FAIL"), ({"equals": 1.0}, 100, "FAIL")):
+        verdict = judged(made, where={"d": condition}, **said)
+        assert (verdict.verdict, verdict.n) == (word, n)
+        assert verdict.successes == (n if word == "PASS" else 0)
+        assert f"samples with d {'<' if word == 'PASS' else '≥' if n == 200 else '='} 1" in verdict.text
+    assert judged(made, where={"d": {"at_least": 7.0}}, **said).verdict == "UNDECIDED"
+    assert judged(made, where={"d": {"at_least": 7.0}}, at_least=0.9).verdict == "UNDECIDED"
