@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
@@ -35,19 +35,26 @@ class Reading:
         """Whether it is on a metric; else on the outcome."""
         return bool(self._column)
 
-    def values(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> NDArray[np.float64]:
-        """(class,) The metric of the samples of the class, NaN where a sample is not finite; of the outcome 1 where captured.
+    def columns(self, names: Sequence[str]) -> list[str]:
+        """The columns that it needs besides `sample` and `outcome`; UsageError where they are not among these."""
+        self._column = column_of(self.requirement, names)
+        draws = [f"draw.{draw}" for draw in self.requirement.where]
+        for column in draws:
+            self._known(column, names)
+        return [*([self._column] if self._column else []), *draws]
 
-        UsageError where the table lacks the metric, the channel, or a draw of the class.
+    def values(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> NDArray[np.float64]:
+        """(n,) The metric of the samples of the class, NaN where one is not finite; of the outcome 1 where captured.
+
+        UsageError where the table lacks the metric or the channel.
         """
         if self._column is None:
             self._column = column_of(self.requirement, list(frame.columns))
+        if not self.unit:
             self.unit = columns[self._column].unit if self._column in columns else ""
-        chosen = self._chosen(frame)
-        outcome: NDArray[Any] = np.asarray(frame["outcome"], dtype=object)[chosen]
         if not self._column:
-            return np.where(outcome == "captured", 1.0, math.nan)
-        return np.where(outcome != "not_finite", np.asarray(frame[self._column], dtype=float)[chosen], math.nan)
+            return np.where(frame["outcome"] == "captured", 1.0, math.nan)
+        return np.where(frame["outcome"] != "not_finite", np.asarray(frame[self._column], dtype=float), math.nan)
 
     def comply(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which values comply (NaN never does)."""
@@ -63,12 +70,17 @@ class Reading:
             return values > self.requirement.above
         raise UsageError(f"{name(self.requirement)}: nothing to compare {self.requirement.metric} with; accepted: below or above")
 
-    def _chosen(self, frame: pd.DataFrame) -> NDArray[np.bool_]:
+    def _known(self, column: str, names: Collection[str]) -> None:
+        if column not in names:
+            draw = column.removeprefix("draw.")
+            raise UsageError(f"{name(self.requirement)}: where: no draw {draw!r} in the table; accepted: the name of a draw")
+
+    def chosen(self, frame: pd.DataFrame) -> NDArray[np.bool_]:
+        """(n,) Whether a sample is of the class. UsageError where the table lacks a draw of it."""
         chosen = np.ones(len(frame), dtype=bool)
         for draw, condition in self.requirement.where.items():
             column = f"draw.{draw}"
-            if column not in frame:
-                raise UsageError(f"{name(self.requirement)}: where: no draw {draw!r} in the table; accepted: the name of a draw")
+            self._known(column, list(frame.columns))
             x = np.asarray(frame[column], dtype=float)
             for bound, holds in (
                 (condition.below, np.less),

@@ -43,8 +43,8 @@ def reckon(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
             f"{path}: {missing} of {folder.requested} samples are missing; `rvjax run` with the same --out flies them"
         )
     campaign, ledger = campaign_of(folder), Ledger()
-    counted = tallies(basis_of(campaign), campaign.require)
-    for chunk, frame, columns in folder.tables():
+    counted, columns = tallies(basis_of(campaign), campaign.require), folder.columns()
+    for chunk, frame, begins in folder.some(["sample", "outcome", *counted.columns(list(columns))]):
         ledger.add(chunk, frame, columns)
-        counted.add(frame, columns)
+        counted.add(frame, columns, begins)
     return ledger.account(folder.requested), counted.verdicts()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import singledispatch
 from typing import TYPE_CHECKING
 
@@ -26,12 +26,26 @@ class Tallies:
     def __init__(self, requirements: Iterable[Requirement], basis: Independent) -> None:
         self._tallies = tuple(MeanTally(one) if one.mean else ShareTally(one, basis) for one in requirements)
 
-    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-        """Counts some more samples; UsageError names every metric, channel or draw that their table lacks."""
+    def columns(self, names: Sequence[str]) -> list[str]:
+        """The columns that are needed of a table with these; UsageError names every metric, channel or draw that it lacks."""
+        needed: dict[str, None] = {}
         complaints: list[str] = []
         for tally in self._tallies:
             try:
-                tally.add(frame, columns)
+                needed |= dict.fromkeys(tally.reading.columns(names))
+            except UsageError as error:
+                complaints.append(str(error))
+        if complaints:
+            raise UsageError("\n".join(complaints))
+        return list(needed)
+
+    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
+        """Counts the samples of a chunk, or of several, which begin at these rows; UsageError names every metric, channel or
+        draw that their table lacks."""
+        complaints: list[str] = []
+        for tally in self._tallies:
+            try:
+                tally.add(frame, columns, begins)
             except UsageError as error:
                 complaints.append(str(error))
         if complaints:
@@ -53,7 +67,11 @@ class Unjudged:
         if any(True for _ in requirements):
             raise UsageError(f"{basis.sentence}; accepted: a campaign without requirements, or sampler: {{use: monte-carlo}}")
 
-    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
+    def columns(self, names: Sequence[str]) -> list[str]:
+        """None is needed."""
+        return []
+
+    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
         """Counts nothing."""
 
     def decided(self) -> bool:

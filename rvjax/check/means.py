@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,17 +39,22 @@ class MeanTally:
         self._values: dict[int, NDArray[np.float64]] | None = {} if requirement.range is None else None
         self._lost = self._outside = self._complying = 0
 
-    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-        """Takes in the samples of a chunk; a value that is not finite counts as the worse end of the range."""
+    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
+        """Takes in the samples of chunks; a value that is not finite counts as the worse end of the range."""
+        values, chosen = self.reading.values(frame, columns), self.reading.chosen(frame)
+        samples = frame["sample"].to_numpy()
+        for first, behind in pairwise((*begins, len(frame))):
+            if behind > first:
+                self._add(int(samples[first]), values[first:behind][chosen[first:behind]])
+
+    def _add(self, first: int, values: NDArray[np.float64]) -> None:
         requirement = self.requirement
-        values = self.reading.values(frame, columns)
         self._complying += int(np.count_nonzero(self.reading.comply(values)))
         low, high = requirement.range or (-math.inf, math.inf)
         bad = ~np.isfinite(values)
         self._lost += int(np.count_nonzero(bad))
         values = np.where(bad, high if requirement.below is not None else low, values)
         self._outside += int(np.count_nonzero((values < low) | (values > high)))
-        first = int(frame["sample"].iloc[0]) if len(frame) else -1
         if not values.size:
             return
         if np.isfinite(values).all():

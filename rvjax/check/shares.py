@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,12 +52,17 @@ class ShareTally:
         if requirement.metric != "captured" and not (requirement.quantile or requirement.at_least or requirement.at_most):
             raise UsageError(f"{requirement.name or requirement.metric}: no share is required; accepted: at_least or quantile")
 
-    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-        """Counts the samples of a chunk; UsageError where their table lacks the metric, channel or draw."""
-        values = self.reading.values(frame, columns)
-        complying = int(np.count_nonzero(self.reading.comply(values)))
-        first = int(frame["sample"].iloc[0]) if len(frame) else -1
-        self._chunks[first] = (len(frame), values.size, complying)
+    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
+        """Counts the samples of chunks that begin at these rows; UsageError where their table lacks what it needs."""
+        values, chosen = self.reading.values(frame, columns), self.reading.chosen(frame)
+        if not len(frame):
+            return
+        counted = (np.ones(len(frame), dtype=bool), chosen, chosen & self.reading.comply(values))
+        sizes = np.transpose([np.add.reduceat(one, begins, dtype=np.int64) for one in counted])
+        firsts = frame["sample"].to_numpy()[list(begins)]
+        found = zip(firsts.tolist(), sizes.tolist(), strict=True)
+        self._chunks |= {first: (rows, of_class, complying) for first, (rows, of_class, complying) in found}
+        values = values[chosen]
         if self.reading.of_metric and self.requirement.quantile is not None:
             worst = math.inf if self.requirement.below is not None else -math.inf
             self._waiting.append(np.where(np.isnan(values), worst, values))

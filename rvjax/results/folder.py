@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
 from types import TracebackType
@@ -27,8 +28,8 @@ from rvjax.results.datafile import DataFile
 from rvjax.results.journal import NAME as JOURNAL
 from rvjax.results.journal import Journal
 from rvjax.results.manifest import NAME as MANIFEST
-from rvjax.results.manifest import Audited, Entry, Head, Key, Part, differences, digest, json_bytes, plain
-from rvjax.results.parquet import decode
+from rvjax.results.manifest import Audited, Entry, Head, Key, Part, differences, digest, json_bytes, neighbours, plain
+from rvjax.results.parquet import decode, some_of
 from rvjax.results.samples import OUTCOMES, Account, Samples, check_chunk, join
 from rvjax.results.store import PARTS, Store, compared
 from rvjax.spec.csvfile import INPUTS
@@ -253,6 +254,24 @@ class RunFolder:
         for key in self._store.keys("samples") if chunks is None else [Key("samples", chunk) for chunk in chunks]:
             yield (key.number, *self._table(key))
 
+    def columns(self) -> dict[str, Column]:
+        """The columns of the samples' table; IncompleteError where no chunk is finished."""
+        for _, _, columns in self.tables(chunk.number for chunk in self.chunks[:1]):
+            return columns
+        raise IncompleteError(f"{self.path}: no chunk is finished yet; fly it with `rvjax run` and the same --out")
+
+    def some(self, names: Sequence[str]) -> Iterator[tuple[int, pd.DataFrame, list[int]]]:
+        """Some columns of all finished chunks, verified, many chunks at a time: the first one's number, their table, and the row
+        with which each of them begins. Samples without a gap only, read by several threads.
+
+        FolderError where a file is missing or damaged, or lacks a column.
+        """
+        with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as threads:
+            for entries in neighbours(self.chunks):
+                parts = list(threads.map(lambda entry: self._some(entry, names), entries))
+                begins = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
+                yield entries[0].number, pa.concat_tables(parts).to_pandas(strings_to_categorical=True), begins[:-1].tolist()
+
     def sift(self, chunks: Iterable[int]) -> Iterator[tuple[int, pd.DataFrame, dict[str, Column]]]:
         """As `tables`; a chunk whose file is damaged is left out, set aside, and missing from then on."""
         damaged: list[Key] = []
@@ -352,6 +371,13 @@ class RunFolder:
         complaints += derived.complaints(self.path)
         if complaints:
             raise FolderError("\n".join(complaints))
+
+    def _some(self, entry: Entry, names: Sequence[str]) -> pa.Table:
+        data = self._store.verified(entry)
+        try:
+            return some_of(data, names)
+        except (pa.ArrowException, OSError, KeyError) as error:
+            raise DamagedError(f"{self.path / entry.file}: not a table of this run ({error}); fly the campaign again") from error
 
     def _table(self, key: Key) -> Table:
         entry = self._store.entries[key]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self, cast
 
@@ -212,3 +212,19 @@ def _leaves(value: Any, path: str = "") -> dict[str, str]:
     for key, item in items:
         leaves |= _leaves(item, f"{path}.{key}" if path else str(key))
     return leaves
+
+
+TOGETHER = 64
+"""Chunks in a group of neighbours, at most."""
+
+
+def neighbours(chunks: Iterable[Entry]) -> Iterator[list[Entry]]:
+    """Chunks in groups whose samples lie without a gap."""
+    group: list[Entry] = []
+    for chunk in chunks:
+        if group and (len(group) == TOGETHER or chunk.first != group[-1].first + group[-1].count):
+            yield group
+            group = []
+        group.append(chunk)
+    if group:
+        yield group

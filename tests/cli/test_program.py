@@ -82,7 +82,10 @@ def test_validate_counts_the_flights_of_every_baseline(rvjax: Run) -> None:
     for name in ("chunks", "steps", "seconds"):
         assert both[name] == pytest.approx(3 * alone[name])
     assert (both["samples"], both["drawn"]) == (alone["samples"], alone["drawn"])
-    assert f": 1 sample in 1 chunk, {alone['drawn']} numbers" in rvjax("validate", CAMPAIGN, "--samples", 1)[1]
+    assert (
+        f": 1 sample in 1 chunk, {alone['drawn']} numbers"
+        in rvjax("validate", CAMPAIGN, "--samples", 1, "--set", "require=[]")[1]
+    )
     one = rvjax("validate", CAMPAIGN, "--samples", 416, "--set", "baselines=[{use: pd-plus}]")[1]
     assert "416 samples and 1 baseline, 832 flights in 2 chunks; " in one
 
