@@ -21,6 +21,9 @@ SAMPLES = (CHUNKS - 1) * LANES + 100
 OVERRIDES = [*SHORT, f"samples={SAMPLES}", "controller={use: pd-plus}", "keep={worst: 2}", "horizon.step_s=0.02"]
 SETS = [part for one in OVERRIDES for part in ("--set", one)]
 
+PROGRAM = [sys.executable, "-m", "tests.reliability.bare"]
+"""The program; its reports have no sections."""
+
 QUICK = {
     "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
     "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "3s",
@@ -31,7 +34,7 @@ QUICK = {
 
 def program(*arguments: object, **more: str) -> subprocess.Popen[str]:
     """The program in a process of its own, its reports without sections."""
-    return process([sys.executable, "-m", "tests.reliability.bare", *map(str, arguments)], more)
+    return process([*PROGRAM, *map(str, arguments)], more)
 
 
 def run(out: Path, *arguments: object, **more: str) -> subprocess.Popen[str]:

@@ -1,7 +1,7 @@
 """Every command of docs/cluster.md, run as it stands there against real scheduler and worker processes.
 
 Only names are replaced: the campaign by a shorter one, host names by this machine's, ports by free ones, `srun` by a script that
-starts its task twice, as SLURM does on two nodes.
+starts its task twice, as SLURM does on two nodes, and the program by itself with reports without sections.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from ruamel.yaml import YAML
 from rvjax.results import RunFolder
 from rvjax.spec.overrides import override
 from rvjax.spec.source import read
-from tests.reliability.cluster import OVERRIDES, SETS, dead, ended, free_port, process, scheduler, worker
+from tests.reliability.cluster import OVERRIDES, PROGRAM, SETS, dead, ended, free_port, process, scheduler, worker
 from tests.short import CAMPAIGN
 
-PAGE = (Path(__file__).parents[2] / "docs" / "cluster.md").read_text()
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "cluster.md").read_text()
 
 
 def block(language: str, beginning: str) -> str:
@@ -54,7 +55,7 @@ def test_commands_at_the_top(tmp_path: Path) -> None:
         for number, command in enumerate(commands):
             words = shlex.split(command.replace("tcp://scheduler.example:8786", address), comments=True)
             assert words[:3] == ["rvjax", "run", "campaigns/quickstart.yaml"]
-            code, _, err = ended(process([*words, "--out", str(tmp_path / f"{number}"), *SETS], {}))
+            code, _, err = ended(process([*PROGRAM, *words[1:], "--out", str(tmp_path / f"{number}"), *SETS], {}))
             assert code == 0, err
             assert whole(tmp_path / f"{number}")
 
@@ -65,6 +66,7 @@ def test_slurm_script(campaign: Path) -> None:
     programs = campaign / "bin"
     programs.mkdir()
     (programs / "srun").write_text('#!/bin/bash\n"$@" & "$@" & wait\n')
+    (programs / "rvjax").write_text(f'#!/bin/bash\nPYTHONPATH={shlex.quote(str(ROOT))} exec {shlex.join(PROGRAM)} "$@"\n')
     (programs / "hostname").write_text("#!/bin/bash\necho 127.0.0.1\n")
     for path in programs.iterdir():
         path.chmod(0o755)
@@ -92,7 +94,7 @@ def test_kubernetes_commands(campaign: Path) -> None:
         for name, command in commands.items():
             for old, new in names.items():
                 command = [word.replace(old, new) for word in command]
-            running = process(command, {})
+            running = process([*PROGRAM, *command[1:]] if command[0] == "rvjax" else command, {})
             stack.callback(dead, running)
             if name == "run":
                 code, _, err = ended(running)

@@ -16,6 +16,7 @@ from rvjax.errors import FolderError
 from rvjax.report import build
 from rvjax.results import RunFolder
 from rvjax.run import run
+from rvjax.sections import comparison, verdicts
 from tests.short import CAMPAIGN, SHORT
 
 OVERRIDES = (
@@ -26,10 +27,21 @@ OVERRIDES = (
 )
 
 
+SHOWN = (verdicts.section, comparison.section)
+"""Sections of a report here: drawing all of them takes longer than the flights."""
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of two controllers."""
-    return run(CAMPAIGN, tmp_path_factory.mktemp("baselines") / "run", OVERRIDES)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(sections, "SECTIONS", SHOWN)
+        return run(CAMPAIGN, tmp_path_factory.mktemp("baselines") / "run", OVERRIDES)
+
+
+@pytest.fixture(autouse=True)
+def _shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sections, "SECTIONS", SHOWN)
 
 
 def test_both_fly_the_same_draws_and_stand_beside_each_other(folder: Path) -> None:
