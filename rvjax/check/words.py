@@ -16,6 +16,22 @@ MANY = 10**9
 """More samples than this are not suggested."""
 
 
+def title(requirement: Requirement) -> str:
+    """The requirement in few words: its name, or its form."""
+    if requirement.name:
+        return requirement.name
+    what = _condition(requirement, "")
+    if requirement.quantile is not None:
+        what = f"{requirement.quantile:g} quantile of {what}"
+    elif requirement.mean:
+        what = f"mean of {what}"
+    elif requirement.at_most is not None:
+        what = f"{what}: at most {requirement.at_most:g}"
+    else:
+        what = f"{what}: at least {requirement.limit:g}"
+    return what + _of_class(requirement)
+
+
 def of_share(requirement: Requirement, successes: int, share: Estimate, quantity: Estimate | None, unit: str) -> str:
     """How many samples comply, what their share is at least and at most, and what is required."""
     percent = _percentages(requirement.limit, share)

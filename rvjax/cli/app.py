@@ -40,6 +40,8 @@ Dask = Annotated[
 ]
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="The run folder; default reports/<name>/<identity>.")]
 
+JunitXml = Annotated[Path | None, typer.Option("--junit-xml", metavar="PATH", help="Also write the verdicts as JUnit XML.")]
+
 
 class Terminated(BaseException):
     """SIGTERM came."""
@@ -88,6 +90,10 @@ def _warn(message: Warning | str, *where: Any) -> None:
 
 def _report(error: RvjaxError) -> int:
     say(str(error), sys.stderr)
+    if os.environ.get("GITHUB_ACTIONS") == "true" and isinstance(error, CampaignError):
+        from rvjax.ci import github
+
+        Output(as_json="--json" in sys.argv).annotate(github.of_findings(error.findings))
     if "--json" in sys.argv:
         findings = [vars(finding) for finding in error.findings] if isinstance(error, CampaignError) else []
         Output(as_json=True).document({"error": str(error), "findings": findings, "exit_code": error.exit_code})

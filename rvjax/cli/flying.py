@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rvjax.cli.app import Campaign, Dask, Folder, Json, Out, Quiet, Samples, Seed, Sets, Terminated, app, overrides
+from rvjax.cli.app import Campaign, Dask, Folder, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, Terminated, app, overrides
 from rvjax.cli.output import Output, say, verdict_documents
-from rvjax.errors import IncompleteError
+from rvjax.errors import IncompleteError, UsageError
 
 if TYPE_CHECKING:
     from rvjax.check import Verdict
@@ -28,23 +28,33 @@ def run(
     seed: Seed = None,
     sets: Sets = None,
     dask: Dask = None,
+    junit_xml: JunitXml = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
     """Fly a campaign into a run folder, write the report, print the verdicts. Again on the same folder: resumes."""
-    return fly(file, out, overrides(sets, samples, seed), Output(as_json, quiet), dask)
+    return fly(file, out, overrides(sets, samples, seed), Output(as_json, quiet), dask, junit_xml)
 
 
 @app.command()
 def check(
     place: Annotated[Path, typer.Argument(metavar="DIR|FILE", help="A run folder, or a campaign file, which is flown first.")],
+    out: Out = None,
+    samples: Samples = None,
+    seed: Seed = None,
+    sets: Sets = None,
+    dask: Dask = None,
+    junit_xml: JunitXml = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Verdicts on a campaign's requirements, as words and as exit code."""
-    if place.is_dir():
-        return judge(place, Output(as_json, quiet))
-    return fly(place, None, [], Output(as_json, quiet))
+    """Verdicts on a campaign's requirements, as words and as exit code. A FILE is flown until all are decided."""
+    output, given = Output(as_json, quiet), overrides(sets, samples, seed)
+    if not place.is_dir():
+        return fly(place, out, given, output, dask, junit_xml, until_decided=True)
+    if out is not None or given or dask is not None:
+        raise UsageError(f"{place}: a run folder is judged as it is; accepted: --junit-xml, --json, --quiet; or a campaign file")
+    return judge(place, output, junit_xml)
 
 
 @app.command()
@@ -82,7 +92,15 @@ def replay(
     return 0
 
 
-def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: str | None = None) -> int:
+def fly(
+    file: Path,
+    out: Path | None,
+    given: list[str],
+    output: Output,
+    dask: str | None = None,
+    junit_xml: Path | None = None,
+    until_decided: bool = False,
+) -> int:
     """Flies a campaign and judges it; when stopped, says what is kept and how to go on."""
     from rvjax.executors.inline import inline
     from rvjax.run import run as fly_campaign
@@ -108,26 +126,35 @@ def fly(file: Path, out: Path | None, given: list[str], output: Output, dask: st
                 crew,
                 lambda *found: results.append(found),
                 lambda name: output.note(f"{name}, on the same draws"),
+                until_decided,
             )
     except (KeyboardInterrupt, Terminated, IncompleteError):
         if folder:
-            again = ["rvjax", "run", str(file), "--out", str(folder[0]), *(part for one in given for part in ("--set", one))]
+            again = [
+                "rvjax",
+                "check" if until_decided else "run",
+                str(file),
+                "--out",
+                str(folder[0]),
+                *(part for one in given for part in ("--set", one)),
+            ]
             again += [] if dask is None else ["--dask", dask]
             say(f"stopped; what was flown is kept in {folder[0]}. Go on with\n  {shlex.join(again)}", sys.stderr)
             output.document({"stopped": str(folder[0]), "go_on_with": again})
         raise
     output.note(f"done in {time.monotonic() - started:.0f} s")
-    return _show(place, *results[0], output)
+    return _show(place, *results[0], output, junit_xml, file)
 
 
-def judge(folder: Path, output: Output) -> int:
+def judge(folder: Path, output: Output, junit_xml: Path | None = None) -> int:
     """Prints the verdicts of a run folder; returns the exit code."""
     from rvjax.check import reckon
 
-    return _show(folder, *reckon(folder), output)
+    return _show(folder, *reckon(folder), output, junit_xml, folder / "campaign.yaml")
 
 
-def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: Output) -> int:
+def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: Output, junit_xml: Path | None, file: Path) -> int:
+    """Prints verdicts, and tells them to whoever runs this. file: the campaign, on whose lines they are annotated."""
     from rvjax.check import campaign_of, exit_code
     from rvjax.results import RunFolder
     from rvjax.samplers import basis_of
@@ -140,6 +167,29 @@ def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: O
     if sentence := basis_of(campaign_of(RunFolder.open(folder))).sentence:
         output.text(sentence)
     output.text(f"report: {folder / 'report.html'}")
+    _tell(folder, verdicts, output, junit_xml, file)
     code = exit_code(verdicts)
     output.document({"folder": str(folder), "account": vars(account), "verdicts": verdict_documents(verdicts), "exit_code": code})
     return code
+
+
+def _tell(folder: Path, verdicts: Sequence[Verdict], output: Output, junit_xml: Path | None, file: Path) -> None:
+    """JUnit XML where it is asked for; annotations and a summary where GitHub actions run this."""
+    from rvjax.ci import github
+
+    if junit_xml is None and not github.active():
+        return
+    from rvjax.check import campaign_of
+    from rvjax.ci.junit import junit
+    from rvjax.results import RunFolder
+    from rvjax.spec.source import read
+
+    campaign = campaign_of(RunFolder.open(folder))
+    if junit_xml is not None:
+        from rvjax.results import files
+
+        files.replace(junit_xml, junit(campaign.name, verdicts, f"report: {folder / 'report.html'}"))
+    if github.active():
+        source = read(file)
+        output.annotate(github.of_verdicts(verdicts, [source.where(("require", n)) for n in range(len(verdicts))]))
+        github.append_summary(github.summary(campaign.name, verdicts))

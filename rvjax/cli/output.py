@@ -54,6 +54,11 @@ class Output:
             text = json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False)
             _put(visible(text, lambda one: f"\\u{ord(one):04x}"), sys.stdout)
 
+    def annotate(self, commands: Sequence[str]) -> None:
+        """Commands to the service that runs this, which reads both streams."""
+        for one in commands:
+            say(one, sys.stderr if self.as_json else sys.stdout)
+
     def note(self, text: str) -> None:
         """Something beside the result, on stderr."""
         if not self.quiet:

@@ -1,0 +1,1 @@
+"""What a continuous-integration service reads: JUnit XML, GitHub's annotations and job summary, items of pytest."""
