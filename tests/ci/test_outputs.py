@@ -116,8 +116,8 @@ def test_findings_are_annotated_where_they_are(monkeypatch: pytest.MonkeyPatch, 
 
 @pytest.mark.usefixtures("bare")
 def test_the_program_tells_the_service(rvjax: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """`check FILE` and `check DIR`. Kills: annotations on another line, outside of GitHub, or in the JSON document; a summary that
-    is written over; an exit code that the file changes."""
+    """`check FILE` and `check DIR`. Kills: annotations on another line, outside of GitHub, or in the JSON document; a summary
+    that is written over; an exit code that the file changes."""
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(tmp_path / "summary.md"))
     campaign = tmp_path / "a.yaml"
     text = CAMPAIGN.read_text()
