@@ -24,7 +24,7 @@ DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 
 NOT_FLYING = (
     *("check", "ci", "cli", "executors", "report", "results", "sections", "stats"),
-    *("audit.py", "basis.py", "compare.py", "cost.py", "doctor.py", "fold.py", "pairing.py", "planning.py"),
+    *("against.py", "audit.py", "basis.py", "compare.py", "cost.py", "doctor.py", "fold.py", "pairing.py", "planning.py"),
     *("pytest_plugin.py", "readings.py", "requirements.py", "run.py", "sketch.py", "totals.py"),
 )
 """Parts of this package that no number of a flight depends on."""

@@ -6,8 +6,9 @@ import shlex
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,6 +19,15 @@ from rvjax.errors import IncompleteError, UsageError
 if TYPE_CHECKING:
     from rvjax.check import Verdict
     from rvjax.results import Account
+
+
+@dataclass(frozen=True)
+class Tell:
+    """Files of verdicts: JUnit XML to write, a baseline to compare with, one to write."""
+
+    junit_xml: Path | None = None
+    against: Path | None = None
+    write_baseline: Path | None = None
 
 
 @app.command()
@@ -33,7 +43,7 @@ def run(
     quiet: Quiet = False,
 ) -> int:
     """Fly a campaign into a run folder, write the report, print the verdicts. Again on the same folder: resumes."""
-    return fly(file, out, overrides(sets, samples, seed), Output(as_json, quiet), dask, junit_xml)
+    return fly(file, out, overrides(sets, samples, seed), Output(as_json, quiet), dask, Tell(junit_xml))
 
 
 @app.command()
@@ -45,16 +55,22 @@ def check(
     sets: Sets = None,
     dask: Dask = None,
     junit_xml: JunitXml = None,
+    against: Annotated[
+        Path | None, typer.Option("--against", metavar="PATH", help="Fail where this is significantly worse than a baseline.")
+    ] = None,
+    write_baseline: Annotated[Path | None, typer.Option("--write-baseline", metavar="PATH", help="Make such a baseline.")] = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
     """Verdicts on a campaign's requirements, as words and as exit code. A FILE is flown until all are decided."""
     output, given = Output(as_json, quiet), overrides(sets, samples, seed)
+    tell = Tell(junit_xml, against, write_baseline)
     if not place.is_dir():
-        return fly(place, out, given, output, dask, junit_xml, until_decided=True)
+        return fly(place, out, given, output, dask, tell, until_decided=True)
     if out is not None or given or dask is not None:
-        raise UsageError(f"{place}: a run folder is judged as it is; accepted: --junit-xml, --json, --quiet; or a campaign file")
-    return judge(place, output, junit_xml)
+        accepted = "--junit-xml, --against, --write-baseline, --json, --quiet; or a campaign file"
+        raise UsageError(f"{place}: a run folder is judged as it is; accepted: {accepted}")
+    return judge(place, output, tell)
 
 
 @app.command()
@@ -98,7 +114,7 @@ def fly(
     given: list[str],
     output: Output,
     dask: str | None = None,
-    junit_xml: Path | None = None,
+    tell: Tell | None = None,
     until_decided: bool = False,
 ) -> int:
     """Flies a campaign and judges it; when stopped, says what is kept and how to go on."""
@@ -143,17 +159,17 @@ def fly(
             output.document({"stopped": str(folder[0]), "go_on_with": again})
         raise
     output.note(f"done in {time.monotonic() - started:.0f} s")
-    return _show(place, *results[0], output, junit_xml, file)
+    return _show(place, *results[0], output, tell or Tell(), file)
 
 
-def judge(folder: Path, output: Output, junit_xml: Path | None = None) -> int:
+def judge(folder: Path, output: Output, tell: Tell) -> int:
     """Prints the verdicts of a run folder; returns the exit code."""
     from rvjax.check import reckon
 
-    return _show(folder, *reckon(folder), output, junit_xml, folder / "campaign.yaml")
+    return _show(folder, *reckon(folder), output, tell, folder / "campaign.yaml")
 
 
-def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: Output, junit_xml: Path | None, file: Path) -> int:
+def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: Output, tell: Tell, file: Path) -> int:
     """Prints verdicts, and tells them to whoever runs this. file: the campaign, on whose lines they are annotated."""
     from rvjax.check import campaign_of, exit_code
     from rvjax.results import RunFolder
@@ -167,10 +183,29 @@ def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: O
     if sentence := basis_of(campaign_of(RunFolder.open(folder))).sentence:
         output.text(sentence)
     output.text(f"report: {folder / 'report.html'}")
-    _tell(folder, verdicts, output, junit_xml, file)
-    code = exit_code(verdicts)
-    output.document({"folder": str(folder), "account": vars(account), "verdicts": verdict_documents(verdicts), "exit_code": code})
+    worse = _compare(folder, output, tell)
+    _tell(folder, verdicts, output, tell.junit_xml, file)
+    code = 1 if any(one["significant"] for one in worse or ()) else exit_code(verdicts)
+    document = {"folder": str(folder), "account": vars(account), "verdicts": verdict_documents(verdicts), "exit_code": code}
+    output.document(document | ({} if worse is None else {"against": worse}))
     return code
+
+
+def _compare(folder: Path, output: Output, tell: Tell) -> list[dict[str, Any]] | None:
+    """The run against a baseline, where one is given."""
+    if tell.write_baseline is None and tell.against is None:
+        return None
+    from rvjax import against
+
+    if tell.write_baseline is not None:
+        against.write(folder, tell.write_baseline)
+        output.note(f"baseline: {tell.write_baseline}")
+    if tell.against is None:
+        return None
+    found = against.against(folder, tell.against)
+    rows = [("WORSE" if one.significant else "–", one.what, str(one.worse), str(one.better), f"{one.p:.2g}") for one in found]
+    output.table(("", f"against {tell.against}", "worse", "better", "p"), rows)
+    return [{**vars(one), "significant": one.significant} for one in found]
 
 
 def _tell(folder: Path, verdicts: Sequence[Verdict], output: Output, junit_xml: Path | None, file: Path) -> None:
