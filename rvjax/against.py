@@ -38,7 +38,10 @@ MOST = 2_000
 
 TOLERANCE = 0.005
 RISK = 1e-4
-METRICS = ("settling_time_s", "attitude_settling_time_s", "window_position_error_m", "window_attitude_error_deg", "delta_v_m_s")
+METRICS = (
+    *("settling_time_s", "attitude_settling_time_s", "window_position_error_m", "window_attitude_error_deg"),
+    *("delta_v_m_s", "angular_impulse_Nms"),
+)
 """Compared beside the requirements, as far as a run has them."""
 
 SAME = 1e-9
@@ -79,13 +82,13 @@ def against(folder: str | Path, path: Path) -> list[Comparison]:
         found.append((name, worse, better, float(mcnemar(worse, better, better="a"))))
     for name, told in now["metrics"].items():
         old, new = (_values(one["values"], one["better"]) for one in (before["metrics"][name], told))
-        worse, better = _steps(old, new, told["better"] == "higher")
-        found.append((name, int(worse.sum()), int(better.sum()), _more_than_half(int(worse.sum()), len(worse))))
+        worse, better = steps(old, new, told["better"] == "higher")
+        found.append((name, int(worse.sum()), int(better.sum()), more_than_half(int(worse.sum()), len(worse))))
     corrected = holm([p for *_, p in found]) if found else []
     return [Comparison(name, worse, better, float(p)) for (name, worse, better, _), p in zip(found, corrected, strict=True)]
 
 
-def _steps(old: Values, new: Values, higher: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def steps(old: Values, new: Values, higher: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Which samples are worse, and better, by more than the tolerance; what is not finite is the worst value."""
     sign = -1.0 if higher else 1.0
     old, new = sign * old, sign * new
@@ -98,7 +101,7 @@ def _steps(old: Values, new: Values, higher: bool) -> tuple[NDArray[np.bool_], N
     return worse, better
 
 
-def _more_than_half(count: int, n: int) -> float:
+def more_than_half(count: int, n: int) -> float:
     """P(X ≥ count), X binomial with n and 1/2."""
     from scipy.special import bdtrc  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
 

@@ -1,0 +1,140 @@
+"""How often a CI campaign fails for nothing, and how surely for a reason: `python -m benchmarks.alarms [--reference N]`.
+
+Each campaign of `campaigns/ci` is flown with N samples of another seed. The share that complies with a requirement is then at
+least its lower 99.99 % Clopper-Pearson bound; with that share the exact chance that one run of the campaign does not end in PASS is
+summed over all numbers of failures (and over all looks of a sequential one). The same for weakened controllers, on 1,664 samples,
+with the upper bound: the chance that at least one requirement does not pass; and what is worse than the sound controller on the
+campaign's own draws. What came out: docs/ci.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+CAMPAIGNS = Path(__file__).parents[1] / "campaigns" / "ci"
+SEED, WEAK = 987_654_321, 1664
+BOUND = 0.9999
+
+GAINS = {"k1": 0.06, "k_sigma": 0.25, "k2_force": 40.0, "k2_torque": 15.0, "k3": 2.0, "gamma_bound": 6.0}
+WEAKENED: Mapping[str, tuple[Sequence[str], str]] = {
+    "all gains −30 %": ([f"controller.gains.{name}={0.7 * value}" for name, value in GAINS.items()], ""),
+    **{f"{name} −30 %": ([f"controller.gains.{name}={0.7 * value}"], "") for name, value in GAINS.items()},
+    "D̂ off": (["controller.adapt_bound=false"], ""),
+    "sign of D̂ ∘ z₂/√(z₂²+ε²) flipped": ([], "robust"),
+    "sign of K₂z₂ flipped": ([], "feedback"),
+    "sign of Ŷθ flipped": ([], "model"),
+}
+"""Overrides of campaigns/ci/docking.yaml, and the function of the law whose sign is flipped."""
+
+
+def flown(path: Path, samples: int, overrides: Sequence[str] = (), flipped: str = "") -> tuple[Any, pd.DataFrame]:
+    """The campaign, and a table of its samples under another seed."""
+    from rvjax.batch import LANES, Flyer
+    from rvjax.campaign import load
+    from rvjax.controllers import saturated_adaptive as law
+    from rvjax.draw import Draws
+
+    right: Callable[..., Any] | None = getattr(law, flipped) if flipped else None
+    if right is not None:
+        setattr(law, flipped, lambda *given: -right(*given))
+    try:
+        problem = load(path, [f"seed={SEED}", f"samples={samples}", *overrides])
+        flyer, steps = Flyer(problem.loop, problem.metrics), problem.spec.horizon.steps
+        parts: list[pd.DataFrame] = []
+        for first in range(0, samples, LANES):
+            numbers = np.arange(first, min(first + LANES, samples))
+            _, drawn = Draws.of(problem, np.arange(first, first + LANES))
+            one = flyer.fly(drawn, steps, steps)
+            lost = np.isfinite(one.lost_s)
+            words = np.where(lost, "not_finite", np.where(one.values["captured"] > 0, "captured", "not_settled"))
+            table = {f"metric.{name}": np.asarray(values, dtype=float) for name, values in one.values.items()}
+            parts.append(pd.DataFrame({"outcome": words, **table}).iloc[: len(numbers)].assign(sample=numbers))
+    finally:
+        if right is not None:
+            setattr(law, flipped, right)
+    return problem.spec, pd.concat(parts, ignore_index=True)
+
+
+def complying(requirement: Any, table: pd.DataFrame) -> tuple[int, int]:
+    """How many samples comply, of how many."""
+    from rvjax.check.complying import Reading
+
+    reading = Reading(requirement)
+    return int(reading.comply(reading.values(table, {})).sum()), len(table)
+
+
+def passes(requirement: Any, samples: int, share: float) -> float:
+    """The chance of PASS where a sample complies with this probability."""
+    from rvjax.batch import LANES
+    from rvjax.stats import e_boundary, schedule, verdict_chances, walk
+
+    if requirement.method == "fixed":
+        return float(verdict_chances(samples, requirement.limit, requirement.confidence, share).passes)
+    return walk(share, e_boundary(schedule(samples, LANES), requirement.limit, 1 - requirement.confidence)).passes
+
+
+def main() -> None:
+    """Prints both tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--reference", type=int, default=20_800)
+    reference = parser.parse_args().reference
+    from rvjax import process
+
+    process.configure("float64")
+    from rvjax.check.words import title
+    from rvjax.spec import load
+    from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper
+
+    print("| campaign | requirement | complying | at least | chance not to pass |\n|---|---|---|---|---|")
+    total = 0.0
+    for path in sorted(CAMPAIGNS.glob("*.yaml")):
+        own, table = load(path), flown(path, reference)[1]
+        for requirement in own.require:
+            k, n = complying(requirement, table)
+            low = clopper_pearson_lower(k, n, BOUND)
+            chance = 1 - passes(requirement, own.samples, low)
+            total += chance
+            print(f"| {own.name} | {title(requirement)} | {k:,} of {n:,} | {100 * low:.4f} % | {chance:.1e} |", flush=True)
+    print(f"| all | | | | at most {total:.1e} |\n")
+    print("| weakened | requirement that fails most surely | complying | at most | chance not to pass | worse on common draws |")
+    print("|---|---|---|---|---|---|")
+    docking = CAMPAIGNS / "docking.yaml"
+    own = load(docking)
+    same = (f"seed={own.seed}",)
+    sound = flown(docking, own.samples, same)[1]
+    for name, (overrides, flipped) in WEAKENED.items():
+        table = flown(docking, WEAK, overrides, flipped)[1]
+        found = []
+        for requirement in own.require:
+            k, n = complying(requirement, table)
+            high = clopper_pearson_upper(k, n, BOUND)
+            found.append((1 - passes(requirement, own.samples, high), title(requirement), k, n, high))
+        chance, words, k, n, high = max(found)
+        worse = ", ".join(worse_than(sound, flown(docking, own.samples, (*same, *overrides), flipped)[1])) or "nothing"
+        words = words if chance > 0.5 else "none"
+        print(f"| {name} | {words} | {k:,} of {n:,} | {100 * high:.2f} % | {chance:.6f} | {worse} |", flush=True)
+
+
+def worse_than(sound: pd.DataFrame, table: pd.DataFrame) -> list[str]:
+    """The metrics that `check --against` would call significantly worse, each with how many samples are."""
+    from rvjax import against
+
+    found: list[str] = []
+    for name in against.METRICS:
+        old, new = (
+            np.where(np.isfinite(one[f"metric.{name}"]), one[f"metric.{name}"], np.inf).astype(float) for one in (sound, table)
+        )
+        worse, _ = against.steps(old, new, higher=False)
+        if len(against.METRICS) * against.more_than_half(int(worse.sum()), len(worse)) <= against.RISK:
+            found.append(f"{name} ({int(worse.sum())} of {len(worse)})")
+    return found
+
+
+if __name__ == "__main__":
+    main()

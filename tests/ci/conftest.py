@@ -1,0 +1,5 @@
+"""Run folders with made-up flights."""
+
+from tests.report.conftest import made
+
+__all__ = ["made"]
