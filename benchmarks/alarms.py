@@ -1,10 +1,10 @@
 """How often a CI campaign fails for nothing, and how surely for a reason: `python -m benchmarks.alarms [--reference N]`.
 
 Each campaign of `campaigns/ci` is flown with N samples of another seed. The share that complies with a requirement is then at
-least its lower 99.99 % Clopper-Pearson bound; with that share the exact chance that one run of the campaign does not end in PASS is
-summed over all numbers of failures (and over all looks of a sequential one). The same for weakened controllers, on 1,664 samples,
-with the upper bound: the chance that at least one requirement does not pass; and what is worse than the sound controller on the
-campaign's own draws. What came out: docs/ci.md.
+least its lower 99.99 % Clopper-Pearson bound; with that share the exact chance that one run of the campaign does not end in PASS
+is summed over all numbers of failures (and over all looks of a sequential one). The same for weakened controllers, on 1,664
+samples, with the upper bound: the chance that at least one requirement does not pass; and what is worse than the sound controller
+on the campaign's own draws. What came out: docs/ci.md.
 """
 
 from __future__ import annotations
@@ -69,14 +69,16 @@ def complying(requirement: Any, table: pd.DataFrame) -> tuple[int, int]:
     return int(reading.comply(reading.values(table, {})).sum()), len(table)
 
 
-def passes(requirement: Any, samples: int, share: float) -> float:
-    """The chance of PASS where a sample complies with this probability."""
+def misses(requirement: Any, samples: int, share: float) -> float:
+    """The chance not to end in PASS where a sample complies with this probability."""
     from rvjax.batch import LANES
     from rvjax.stats import e_boundary, schedule, verdict_chances, walk
 
     if requirement.method == "fixed":
-        return float(verdict_chances(samples, requirement.limit, requirement.confidence, share).passes)
-    return walk(share, e_boundary(schedule(samples, LANES), requirement.limit, 1 - requirement.confidence)).passes
+        found = verdict_chances(samples, requirement.limit, requirement.confidence, share)
+        return float(found.fails + found.undecided)
+    ends = walk(share, e_boundary(schedule(samples, LANES), requirement.limit, 1 - requirement.confidence))
+    return ends.fails + ends.undecided
 
 
 def main() -> None:
@@ -98,7 +100,7 @@ def main() -> None:
         for requirement in own.require:
             k, n = complying(requirement, table)
             low = clopper_pearson_lower(k, n, BOUND)
-            chance = 1 - passes(requirement, own.samples, low)
+            chance = misses(requirement, own.samples, low)
             total += chance
             print(f"| {own.name} | {title(requirement)} | {k:,} of {n:,} | {100 * low:.4f} % | {chance:.1e} |", flush=True)
     print(f"| all | | | | at most {total:.1e} |\n")
@@ -114,7 +116,7 @@ def main() -> None:
         for requirement in own.require:
             k, n = complying(requirement, table)
             high = clopper_pearson_upper(k, n, BOUND)
-            found.append((1 - passes(requirement, own.samples, high), title(requirement), k, n, high))
+            found.append((misses(requirement, own.samples, high), title(requirement), k, n, high))
         chance, words, k, n, high = max(found)
         worse = ", ".join(worse_than(sound, flown(docking, own.samples, (*same, *overrides), flipped)[1])) or "nothing"
         words = words if chance > 0.5 else "none"

@@ -1,8 +1,9 @@
-"""Commands that measure: bench."""
+"""Commands that measure and plan: bench, plan."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,9 +12,11 @@ import typer
 
 from rvjax.cli.app import Json, Quiet, app
 from rvjax.cli.output import Output, say
+from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
     from rvjax.bench import Bench
+    from rvjax.planning import Running
 
 
 @app.command()
@@ -77,3 +80,87 @@ def _show(found: Bench, output: Output) -> None:
             for row in found.growth
         ]
         output.table(("samples", "steps/s, draws included", "peak memory"), grown)
+
+
+@app.command()
+def plan(
+    file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="A campaign file, for each of its requirements.")] = None,
+    at_least: Annotated[float | None, typer.Option("--at-least", help="Share of the samples that is required.")] = None,
+    confidence: Annotated[float, typer.Option("--confidence", help="Of the verdict.")] = 0.95,
+    true: Annotated[list[float] | None, typer.Option("--true", help="Share that may be true; repeatable.")] = None,
+    power: Annotated[float, typer.Option("--power", help="Wanted chance to pass at the first --true.")] = 0.9,
+    expected: Annotated[float | None, typer.Option("--expected", help="Also SPRT against this better share.")] = None,
+    as_json: Json = False,
+) -> int:
+    """How many samples a requirement needs, and its chance to pass; with FILE also time and memory on this machine."""
+    output = Output(as_json)
+    if (file is None) == (at_least is None):
+        raise UsageError("plan: accepted: a campaign FILE, or --at-least SHARE")
+    if file is not None:
+        return _of_campaign(file, true or [], output)
+    from rvjax.planning import plan as plan_of
+
+    found = plan_of(at_least or 0.0, confidence, true or [], power, expected)
+    shares = [f"pass at {100 * p:.6g} %" for p in found.trues]
+    output.text(f"at least {100 * found.limit:.6g} % with {100 * found.confidence:.6g} % confidence, judged once:")
+    rows = [(str(one.failures), f"{one.n:,}", *(_percent(chance.passes) for chance in one.chances)) for one in found.fixed]
+    output.table(("failures", "samples", *shares), rows)
+    if found.enough is not None:
+        best = found.enough
+        output.text(
+            f"for {100 * found.power:.6g} % at a true share of {100 * found.trues[0]:.6g} %: {best.n:,} samples, "
+            f"of which {best.failures} may fail ({_percent(best.chances[0].passes)})"
+        )
+    else:
+        output.text(f"no plan reaches {100 * found.power:.6g} % at a true share of {100 * found.trues[0]:.6g} %")
+    output.text(f"judged after every chunk of {found.running[0].every} samples, at most {found.running[0].budget:,}:")
+    _running(found.running, output)
+    output.document(asdict(found))
+    return 0
+
+
+def _of_campaign(file: Path, trues: list[float], output: Output) -> int:
+    """Every requirement of a campaign with its own method and samples; time and memory."""
+    from rvjax.batch import LANES
+    from rvjax.campaign import load
+    from rvjax.check.words import title
+    from rvjax.cost import cost
+    from rvjax.planning import of_requirement
+
+    problem = load(file)
+    expected = cost(problem)
+    output.text(f"{file}: {expected}")
+    document: dict[str, object] = {"cost": vars(expected)}
+    for number, requirement in enumerate(problem.spec.require, 1):
+        name = f"{number}. {title(requirement)}"
+        try:
+            found = of_requirement(requirement, problem.spec.samples, trues, LANES)
+        except UsageError as error:
+            output.text(str(error))
+            continue
+        output.text(f"{name}, {100 * requirement.confidence:.6g} % confidence")
+        _running(found, output)
+        document[name] = [asdict(one) for one in found]
+    output.document(document)
+    return 0
+
+
+def _running(found: Sequence[Running], output: Output) -> None:
+    head = ("method", "true share", "PASS", "FAIL", "UNDECIDED", "samples, mean")
+    rows = [
+        (
+            one.method,
+            f"{100 * one.true:.6g} %",
+            *map(_percent, (one.passes, one.fails, one.undecided)),
+            f"{one.samples:,.0f}",
+        )
+        for one in found
+    ]
+    output.table(head, rows)
+
+
+def _percent(share: float) -> str:
+    """A probability: 98.3 %, and where it is nearly 0 or 1 how nearly."""
+    if share <= 0.0 or 1e-4 <= share <= 0.9999:
+        return f"{100 * share:.1f} %" if share else "0 %"
+    return f"{share:.0e}" if share < 0.5 else f"1 − {1 - share:.0e}" if share < 1.0 else "100 %"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.alarms import CAMPAIGNS, GAINS, WEAKENED, complying, flown, passes, worse_than
+from benchmarks.alarms import CAMPAIGNS, GAINS, WEAKENED, complying, flown, misses, worse_than
 from rvjax.spec import load
 from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper
 
@@ -27,9 +27,9 @@ def test_weakened_gains_are_caught_and_sound_ones_are_not() -> None:
     alarm, catch = 0.0, 0.0
     for requirement in own.require:
         k, n = complying(requirement, sound)
-        alarm += 1 - passes(requirement, own.samples, clopper_pearson_lower(k, n, 0.999))
+        alarm += misses(requirement, own.samples, clopper_pearson_lower(k, n, 0.999))
         k, n = complying(requirement, weak)
-        catch = max(catch, 1 - passes(requirement, own.samples, clopper_pearson_upper(k, n, 0.999)))
+        catch = max(catch, misses(requirement, own.samples, clopper_pearson_upper(k, n, 0.999)))
     assert alarm < 0.1
     assert catch > 0.99
     assert len(worse_than(sound, weak)) >= 3
@@ -44,5 +44,5 @@ def test_flipped_signs_are_caught(name: str, request: pytest.FixtureRequest) -> 
     own = load(DOCKING)
     weak = flown(DOCKING, own.samples, *WEAKENED[name])[1]
     counted = [(requirement, *complying(requirement, weak)) for requirement in own.require]
-    caught = [1 - passes(one, own.samples, clopper_pearson_upper(k, n, 0.999)) for one, k, n in counted]
+    caught = [misses(one, own.samples, clopper_pearson_upper(k, n, 0.999)) for one, k, n in counted]
     assert max(caught) > 0.99 or worse_than(flown(DOCKING, own.samples)[1], weak)
