@@ -30,6 +30,7 @@ import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax import spec
 from rvjax.basis import Basis, Exploration, Independent
+from rvjax.columns import metric_and_channel
 from rvjax.errors import IncompleteError, UsageError
 from rvjax.results import CAMPAIGN, Account, Column, RunFolder, Samples
 from rvjax.samplers import basis_of
@@ -247,8 +248,9 @@ def exit_code(verdicts: Sequence[Verdict]) -> int:
 def _column(requirement: Requirement, columns: Sequence[str]) -> str:
     """The column that a requirement is on; empty for the outcome."""
     metric, channel = requirement.metric, requirement.channel
-    metrics = sorted({"captured"} | {name.split(".")[1] for name in columns if name.startswith("metric.")})
-    channels = [name.split(".", 2)[2] for name in columns if name.startswith(f"metric.{metric}.")]
+    known = [metric_and_channel(name.removeprefix("metric.")) for name in columns if name.startswith("metric.")]
+    metrics = sorted({"captured"} | {name for name, _ in known})
+    channels = [own for name, own in known if name == metric and own]
     if metric not in metrics:
         accepted = ", ".join(metrics)
         raise UsageError(f"{_label(requirement)}: metric {metric!r} is not in the table; accepted: {accepted}")
