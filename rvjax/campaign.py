@@ -13,15 +13,18 @@ from typing import Any
 from rvjax import requirements
 from rvjax.allocation import Allocation, Gear, bounded_least_squares, pseudo_inverse, wrench
 from rvjax.closed_loop import Loop
-from rvjax.columns import CHANNELS, Column
+from rvjax.columns import CHANNELS, MARGIN, Column, metric_and_channel
 from rvjax.dispersions import Dispersions, resolve
 from rvjax.errors import CampaignError, Finding
 from rvjax.family import component, members
 from rvjax.faults.interface import FaultParameters
+from rvjax.margins import folded
 from rvjax.metrics.interface import Metric
+from rvjax.offered import Controller, Offered, controller_of
 from rvjax.saturation import SATURATIONS
 from rvjax.spec import Model, Quantity, Source, Spec, parse, validate
 from rvjax.spec.actuators import Thrusters, actuator_names
+from rvjax.spec.choice import entry_names
 from rvjax.spec.distributions import Fixed
 from rvjax.spec.notation import did_you_mean
 from rvjax.spec.schedule import Schedule
@@ -39,6 +42,8 @@ FAMILY_OF = {
     "sampler": "samplers",
 }
 """Where the components of a section of the campaign file come from."""
+
+CONTROLLERS = ("controller", "baselines")
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,8 @@ class Part:
 class Problem:
     """loop, metrics: what is compiled. controller, faults, disturbances, navigation: the numbers that their functions get.
 
-    dispersions: how the numbers are drawn. fingerprint: SHA-256 of everything that decides the draws and the flights.
+    margins: the numbers of the temporal margins. dispersions: how the numbers are drawn. fingerprint: SHA-256 of everything that
+    decides the draws and the flights.
     """
 
     spec: Spec
@@ -68,6 +74,7 @@ class Problem:
     faults: tuple[Part, ...]
     disturbances: tuple[Part, ...]
     navigation: tuple[Part, ...]
+    margins: tuple[float, ...]
     dispersions: Dispersions
     fingerprint: str
 
@@ -93,15 +100,20 @@ def load(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
         findings += more
         if model is not None:
             parameters[place] = model
-    findings += _unknown_metrics(source, [name for metric in metrics for name in metric.columns])
+    offered = _offered(source, parameters, names) if "margins" in (source.value or {}) else None
+    findings += offered.wrong(source) if offered is not None else []
+    findings += _unknown_metrics(source, [*(name for metric in metrics for name in metric.columns), *_margins(source)])
     if spec is None or findings:
         raise CampaignError(dict.fromkeys(findings))
     if spec.sampler.path not in parameters:  # nothing was said: the default
         parameters[spec.sampler.path] = component("samplers", spec.sampler.use).parameters()
-    return _resolve(spec, parameters, metrics)
+    margins = folded(spec.margins, offered.signals, spec.horizon.step_s) if offered is not None and spec.margins else None
+    return _resolve(
+        spec, parameters, metrics if margins is None else (*metrics, margins.metric), margins.numbers if margins else ()
+    )
 
 
-def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metric, ...]) -> Problem:
+def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metric, ...], margins: tuple[float, ...]) -> Problem:
     sampler = component("samplers", spec.sampler.use)
     part: dict[Place, Part] = {}
     build: dict[Place, Any] = {}
@@ -132,6 +144,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         faults=tuple(part[choice.path] for choice in spec.faults),
         disturbances=tuple(part[choice.path] for choice in spec.disturbances),
         navigation=tuple(part[choice.path] for choice in spec.navigation),
+        margins=margins,
         dispersions=dispersions,
         fingerprint=spec.fingerprint(parameters),
     )
@@ -198,17 +211,42 @@ def _late_onsets(model: FaultParameters, place: Place, source: Source) -> list[F
     return [source.finding((*place, "onset_s"), found, f"accepted: an onset below {duration:g} s")]
 
 
+def _offered(source: Source, parameters: Mapping[Place, Model], actuators: tuple[str, ...]) -> Offered:
+    """The signals of the flights of a campaign, as far as it says of its controllers and actuators what is right."""
+    said: Mapping[str, Any] = source.value or {}
+    baselines = said.get("baselines")
+    others = baselines if is_list(baselines) else []
+    uses: dict[Place, str] = {place: raw["use"] for section, place, raw in _entries(source) if section in CONTROLLERS}
+    laws: dict[Place, Controller] = {}
+    for place, use in uses.items():
+        if (own := parameters.get(place)) is not None:
+            laws[place] = controller_of(component("controllers", use).build(own), own.quantities())
+    named = zip(entry_names(others), (laws.get(("baselines", index)) for index in range(len(others))), strict=True)
+    return Offered.of(
+        laws.get(("controller",)),
+        {name: law for name, law in named if law is not None},
+        bool(said.get("navigation")),
+        (0 if actuators == CHANNELS else len(actuators)) if actuators else None,
+    )
+
+
+def _margins(source: Source) -> list[str]:
+    """The names of the metrics that the margins of a campaign become."""
+    said = (source.value or {}).get("margins")
+    return [f"{MARGIN}{name}" for name in said] if is_mapping(said) else []
+
+
 def _unknown_metrics(source: Source, names: Sequence[str]) -> list[Finding]:
     """Requirements on metrics that no flight gives, or on a channel of a metric that has none."""
     required = (source.value or {}).get("require")
     findings: list[Finding] = []
-    bare = dict.fromkeys(name.partition(".")[0] for name in names)
+    bare = dict.fromkeys(metric_and_channel(name)[0] for name in names)
     for index, raw in enumerate(required if is_list(required) else []):
         if not is_mapping(raw) or not isinstance(metric := raw.get("metric"), str):
             continue
         place = ("require", index)
         if metric not in bare:
             findings.append(source.finding((*place, "metric"), f"{describe(metric)} is no metric", did_you_mean(metric, bare)))
-        elif "channel" in raw and f"{metric}.any" not in names:
+        elif "channel" in raw and (metric, "any") not in map(metric_and_channel, names):
             findings.append(source.finding((*place, "channel"), f"{metric} has no channels", "accepted: none", key=True))
     return findings

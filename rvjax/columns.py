@@ -9,6 +9,18 @@ CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 """Suffixes of the columns of a vector, and of the six actuator channels."""
 
 
+MARGIN = "margin."
+"""Beginning of the name of a temporal margin, the metric of a formula that the campaign has named."""
+
+
+def metric_and_channel(name: str) -> tuple[str, str]:
+    """`saturation_duty.fx` → ("saturation_duty", "fx"); a metric without channels, or a margin, is itself: ("margin.any", "")."""
+    if name.startswith(MARGIN):
+        return name, ""
+    metric, _, channel = name.partition(".")
+    return metric, channel
+
+
 ALEATORY, EPISTEMIC = "aleatory", "epistemic"
 """Kinds of draws: chance, which differs from flight to flight; one number in reality that is not known."""
 

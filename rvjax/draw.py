@@ -236,4 +236,5 @@ def _rules(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, 
         cone=np.where(length > 0.0, np.cos(spec.corridor.half_angle_rad), -2.0),
         axis=port / np.where(length > 0.0, length, 1.0),
         step_s=draws.same(spec.horizon.step_s),
+        margins=tuple(map(draws.same, problem.margins)),
     )

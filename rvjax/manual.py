@@ -34,6 +34,8 @@ CHAPTERS = (
     "rk4",
     "streams",
     "noise",
+    "margins",
+    "signals",
 )
 """Modules that hold equations and are no family: each is a page of its own."""
 

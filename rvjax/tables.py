@@ -5,26 +5,18 @@ Flights ─columns→ Table
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from operator import attrgetter
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax.algebra import Channels, Symmetric, Thrusts, Vector
 from rvjax.batch import Flown
 from rvjax.campaign import Problem
-from rvjax.columns import AXES, CHANNELS, Column
-from rvjax.controllers.interface import WRENCH
+from rvjax.columns import CHANNELS, Column
 from rvjax.draw import Draws
+from rvjax.signals import recorded, thrusts, unit_of
 from rvjax.state import Step
-
-
-def _channel_unit(channel: str) -> str:
-    return "N" if channel[0] == "f" else "N·m"
-
 
 OUTCOME_TIME = Column("outcome_time_s", "s", "when the outcome was decided: last settling time, loss, or end of the flight")
 ENVELOPE = {
@@ -35,7 +27,7 @@ ENVELOPE = {
         Column("nu_m_s", "m/s", "velocity error |nu|"),
         Column("sigma", "1", "attitude error |sigma|, modified Rodrigues parameters"),
         Column("omega_rad_s", "rad/s", "angular rate relative to the target |omega|"),
-        *(Column(f"cmd_{name}", _channel_unit(name), f"commanded wrench, channel {name}") for name in CHANNELS),
+        *(Column(f"cmd_{name}", unit_of(name), f"commanded wrench, channel {name}") for name in CHANNELS),
     )
 }
 
@@ -82,59 +74,10 @@ def trace_table(
 
     signals: the controller's. measured: with the motion as it is measured beside the true one.
     """
-    columns: dict[str, Column] = {}
-    data: dict[str, NDArray[np.float64]] = {}
-    for column, series in _series(steps, signals, measured):
-        columns[column.name] = column
-        data[column.name] = np.array([values[position] for values in series])
-    return pd.DataFrame(data), columns
-
-
-def _series(steps: list[Step], signals: Mapping[str, Column], measured: bool) -> Iterator[tuple[Column, list[Any]]]:
     first = steps[0]
-    yield Column("t_s", "s", "time"), [np.broadcast_to(step.t, step.motion.rho.x.shape) for step in steps]
-    vectors = {
-        "rho_{}_m": ("m", "pursuer minus docking point, in P", "rho", "motion.rho"),
-        "nu_{}_m_s": ("m/s", "difference of inertial velocities, in P", "nu", "motion.nu"),
-        "sigma_{}": ("1", "modified Rodrigues parameters of P with respect to T", "sigma", "motion.sigma"),
-        "omega_{}_rad_s": ("rad/s", "angular velocity of P relative to T, in P", "omega", "motion.omega"),
-        "target_r_{}_m": ("m", "inertial position of the target, resolved in T", "r_t", "target.r"),
-        "target_v_{}_m_s": ("m/s", "inertial velocity of the target, resolved in T", "v_t", "target.v"),
-        "target_w_{}_rad_s": ("rad/s", "inertial angular velocity of the target, in T", "w_t", "target.w"),
+    shape = first.motion.rho.x.shape  # the time is that of all samples
+    found = recorded(signals, first.report.signals, measured, len(thrusts(first)))
+    data = {
+        name: np.array([np.broadcast_to(signal.get(step), shape)[position] for step in steps]) for name, signal in found.items()
     }
-    if measured:
-        vectors |= {
-            f"seen_{form}": (unit, f"as measured, {text}", symbol, place.replace("motion", "seen"))
-            for form, (unit, text, symbol, place) in vectors.items()
-            if place.startswith("motion")
-        }
-    for form, (unit, text, symbol, place) in vectors.items():
-        for i, axis in enumerate(AXES):
-            yield Column(form.format(axis), unit, f"{symbol}: {text}"), [attrgetter(place)(step).parts()[i] for step in steps]
-    wrenches: Mapping[str, tuple[str, Any]] = {
-        "cmd": ("commanded wrench h(v), in P", lambda s: s.commanded),
-        "applied": ("wrench behind the faults, before the disturbance, in P", lambda s: s.applied),
-        "dist": ("disturbance wrench, in P", lambda s: s.disturbance),
-        "ctl.v": ("command v before the saturation", lambda s: s.command),
-        "ctl.chi": ("Nussbaum argument", lambda s: s.report.chi),
-    }
-    for form, (text, get) in wrenches.items():
-        for i, channel in enumerate(CHANNELS):
-            unit = "1" if form == "ctl.chi" else _channel_unit(channel)
-            yield Column(f"{form}_{channel}", unit, text), [get(step).parts()[i] for step in steps]
-    for i in range(len(_thrusts(first))):
-        yield Column(f"thrust_t{i + 1}_N", "N", f"thrust of t{i + 1} behind the faults"), [_thrusts(s)[i] for s in steps]
-    for name, meaning in signals.items():
-        for suffix in _named_parts(first.report.signals[name]):
-            unit = _channel_unit(suffix[1:]) if meaning.unit == WRENCH else meaning.unit
-            column = Column(f"ctl.{name}{suffix}", unit, f"{meaning.description}, a signal of the controller")
-            yield column, [_named_parts(step.report.signals[name])[suffix] for step in steps]
-
-
-def _thrusts(step: Step) -> tuple[Any, ...]:
-    return step.thrusts.parts() if isinstance(step.thrusts, Thrusts) else ()
-
-
-def _named_parts(value: Any) -> dict[str, Any]:
-    names = {Vector: AXES, Channels: CHANNELS, Symmetric: ("xx", "yy", "zz", "yz", "xz", "xy")}.get(type(value))
-    return {"": value} if names is None else {f"_{name}": part for name, part in zip(names, value.parts(), strict=True)}
+    return pd.DataFrame(data), {name: signal.column for name, signal in found.items()}

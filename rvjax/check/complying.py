@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.columns import CHANNELS, Column
+from rvjax.columns import CHANNELS, Column, metric_and_channel
 from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
@@ -104,15 +104,12 @@ def column_of(requirement: Requirement, columns: Sequence[str]) -> str:
     if (channel or ANY) in channels:
         return f"{start}.{channel or ANY}"
     if start not in columns and not channels:
-        metrics = sorted({"captured", *(_metric(one) for one in columns if one.startswith("metric."))})
+        metrics = sorted(
+            {"captured", *(metric_and_channel(one.removeprefix("metric."))[0] for one in columns if one.startswith("metric."))}
+        )
         raise UsageError(f"{name(requirement)}: metric {metric!r} is not in the table; accepted: {', '.join(metrics)}")
     accepted = ", ".join(channels) or "none, it has one value for all"
     raise UsageError(f"{name(requirement)}: {metric} has no channel {channel or ANY!r}; accepted: {accepted}")
-
-
-def _metric(column: str) -> str:
-    name, _, channel = column.removeprefix("metric.").rpartition(".")
-    return name if channel in (*CHANNELS, ANY) else column.removeprefix("metric.")
 
 
 def name(requirement: Requirement) -> str:

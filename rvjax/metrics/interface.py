@@ -15,7 +15,8 @@ class Rules(NamedTuple):
 
     tube_m, tube_mrp: radius of the position and attitude tubes; window_start_s: start of the closing window; duration_s: horizon;
     last_onset_s: onset of the last fault inside the horizon (−∞ without); cone: cosine of the approach cone's half-angle;
-    axis: unit vector of the docking axis, in T; step_s: integration step.
+    axis: unit vector of the docking axis, in T; step_s: integration step; margins: thresholds, scales and windows of the temporal
+    margins, in the order of `rvjax.margins`.
     """
 
     tube_m: Scalar
@@ -26,6 +27,7 @@ class Rules(NamedTuple):
     cone: Scalar
     axis: Vector
     step_s: Scalar
+    margins: tuple[Scalar, ...] = ()
 
 
 class Metric(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from rvjax.columns import metric_and_channel
 from rvjax.sections.opened import CONFIDENCE, Run
 from rvjax.sections.page import Cell, Named, Table
 from rvjax.sections.wording import capital, channel, count, label, percent
@@ -19,7 +20,7 @@ def quantiles(run: Run, caption: str, names: Iterable[str]) -> Table:
     """
     head = ("metric", *(f"{percent(level)} of samples" if level > 0.5 else "median" for level in LEVELS))
     names = list(names)
-    stems = {name.partition(".")[0] for name in names}
+    stems = {metric_and_channel(name)[0] for name in names}
     named = _channel if len(stems) == 1 and not stems & set(names) else _named
     return Table(f"{caption} {_reading(run)}", head, tuple((named(run, name), *_levels(run, name)) for name in names))
 
@@ -37,7 +38,7 @@ def _levels(run: Run, name: str) -> Iterable[Cell]:
 
 
 def _channel(_: Run, name: str) -> Cell:
-    return capital(channel(name.partition(".")[2]))
+    return capital(channel(metric_and_channel(name)[1]))
 
 
 def _named(run: Run, name: str) -> Cell:

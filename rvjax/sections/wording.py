@@ -7,6 +7,7 @@ import re
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 
 from rvjax.basis import Observed
+from rvjax.columns import MARGIN, metric_and_channel
 from rvjax.sections.page import Number
 from rvjax.stats import Estimate
 
@@ -125,7 +126,9 @@ def percent(share: float) -> str:
 
 def label(name: str) -> str:
     """A metric's name as words: settling_time_s → settling time; saturation_duty.fx → saturation duty, force x."""
-    stem, _, part = name.partition(".")
+    if name.startswith(MARGIN):
+        return f"margin {name.removeprefix(MARGIN)}"
+    stem, part = metric_and_channel(name)
     words = _UNIT_ENDINGS.sub("", stem).replace("_", " ").replace("delta v", "Δv").replace("chi", "|χ|")
     return f"{words}, {channel(part)}" if part else words
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from rvjax.spec.formula import WINDOW
 from rvjax.spec.notation import ABOUT, LAWS, RADIAL
 
 
@@ -51,3 +52,30 @@ def joint_distribution() -> dict[str, Any]:
 def drawn_attitude() -> dict[str, Any]:
     """A rotation that is uniform over all rotations, as modified Rodrigues parameters."""
     return {"description": "a drawn attitude", **_only("rotation", {"const": "uniform"})}
+
+
+def formulas() -> dict[str, Any]:
+    """A formula of a temporal margin, and a state of one instant, which it is made of; they refer to each other."""
+
+    def either(name: str, *more: dict[str, Any]) -> dict[str, Any]:
+        itself = {"$ref": f"#/$defs/{name}"}
+        several = {"type": "array", "items": itself, "minItems": 1}
+        return {"oneOf": [*more, _only("all", several), _only("any", several), _only("not", itself)]}
+
+    seconds = {"type": "number", "minimum": 0, "description": "s"}
+    window = dict.fromkeys(WINDOW, seconds)
+    number = {"type": "number", "description": "in the unit of the signal"}
+    sides = {"signal": {"type": "string"}, "below": number, "above": number, "scale": number | {"exclusiveMinimum": 0}}
+    predicate = {
+        "type": "object",
+        "properties": sides,
+        "required": ["signal"],
+        "oneOf": [{"required": ["below"]}, {"required": ["above"]}],
+    }
+    state = either("State", predicate | {"additionalProperties": False})
+    timed = either("State", {**predicate, "properties": sides | window, "additionalProperties": False})
+    timed["oneOf"][1:] = [{**one, "properties": one["properties"] | window} for one in timed["oneOf"][1:]]
+    until = {"hold": {"$ref": "#/$defs/State"}, "reach": {"$ref": "#/$defs/State"}, **window}
+    pair = {"type": "object", "properties": until, "required": ["hold", "reach"], "additionalProperties": False}
+    temporal = [_only("always", timed), _only("eventually", timed), _only("until_settled", {"$ref": "#/$defs/State"})]
+    return {"Formula": either("Formula", *temporal, _only("until", pair)), "State": state}

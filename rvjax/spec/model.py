@@ -17,6 +17,7 @@ from rvjax.spec.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
 from rvjax.spec.correlate import Correlation
 from rvjax.spec.csvfile import attach
 from rvjax.spec.fields import Model, count, number, option, part, scalar, validate, vector
+from rvjax.spec.formula import Formula, Margins
 from rvjax.spec.inertia import Inertia, check_centre
 from rvjax.spec.keep import Keep
 from rvjax.spec.overrides import override
@@ -187,6 +188,9 @@ class Spec(Model):
     epistemic: tuple[str, ...] = option(default=(), doc="names of draws, or beginnings of names, that are unknown and no chance")
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
+    margins: Annotated[Mapping[str, Formula], Margins()] = part(
+        default={}, doc="formulas over signals, by name; by how much each is satisfied becomes the metric margin.<name>"
+    )
     require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
     keep: Keep = part(default={}, doc="which flights are kept as traces")
     audit: AuditRules = part(default={}, doc="proof before the first flight that every dispersion acts")

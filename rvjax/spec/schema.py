@@ -7,7 +7,7 @@ from copy import deepcopy
 from typing import Any
 
 from rvjax.spec.fields import Model
-from rvjax.spec.forms import distribution, joint_distribution
+from rvjax.spec.forms import distribution, formulas, joint_distribution
 from rvjax.spec.model import Spec
 from rvjax.spec.values import is_list, is_mapping
 
@@ -27,9 +27,10 @@ def schema(families: Mapping[str, Mapping[str, type[Model]]] | None = None) -> d
         entry = declared.get("items", declared)
         own = entry.pop("properties")
         entry["oneOf"] = [_component(name, model, own, definitions) for name, model in members.items()]
+    whole["properties"]["margins"]["additionalProperties"] = {"$ref": "#/$defs/Formula"}
     shared = {"Distribution": distribution(), "JointDistribution": joint_distribution()}
     compact = _refer({**whole, "$defs": definitions}, shared)
-    return {"$schema": DRAFT, **compact, "title": "rvjax campaign", "$defs": compact["$defs"] | shared}
+    return {"$schema": DRAFT, **compact, "title": "rvjax campaign", "$defs": compact["$defs"] | shared | formulas()}
 
 
 def _component(name: str, model: type[Model], own: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
