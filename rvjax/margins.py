@@ -6,6 +6,8 @@
     always φ               min ρ(φ, t) over t ∈ [a, b]        eventually φ           max ρ(φ, t) over t ∈ [a, b]
     until settled φ        min ρ(φ, t) over t < T             hold φ until ψ         max over t ∈ [a, b] of
                                                                                      min(ρ(ψ, t), min ρ(φ, s) over s < t)
+    time share φ           no margin: the share of t ∈ [a, b] with ρ(φ, t) > 0, for the temporal and mixed interpretation of a
+                           requirement (ECSS-E-ST-60-10C); by itself, not inside another formula
 
 A margin above 0 says that the formula is true of the flight, below 0 that it is not; its size is how much all signals together
 may be off, each by so much (in the unit of the signal, or in its scale), before that changes. t, s: the steps of the flight,
@@ -56,6 +58,7 @@ from rvjax.spec.formula import (
     Junction,
     Negation,
     Predicate,
+    TimeShare,
     Until,
     UntilSettled,
     Window,
@@ -92,7 +95,7 @@ def folded(formulas: Mapping[str, Formula], signals: Mapping[str, Signal], step_
     units = {name: signal.column.unit for name, signal in signals.items()}
     columns = {
         f"{MARGIN}{name}": Column(
-            f"{MARGIN}{name}", unit(formula, signals), f"margin, above 0: satisfied; {in_words(formula, units)}", "higher"
+            f"{MARGIN}{name}", unit(formula, signals), f"{_kind(formula)}{in_words(formula, units)}", "higher"
         )
         for name, formula in formulas.items()
     }
@@ -111,8 +114,14 @@ def folded(formulas: Mapping[str, Formula], signals: Mapping[str, Signal], step_
     return Folded(Metric(columns, start, update, finish), tuple(made.numbers))
 
 
+def _kind(formula: Formula) -> str:
+    return "" if isinstance(formula, TimeShare) else "margin, above 0: satisfied; "
+
+
 def unit(formula: Formula, signals: Mapping[str, Signal]) -> str:
     """Of the margin of a formula whose parts have the same one."""
+    if isinstance(formula, TimeShare):
+        return "1"
     if isinstance(formula, Predicate):
         return signals[formula.signal].column.unit if formula.scale is None else "1"
     return unit(parts_of(formula)[0], signals)
@@ -144,6 +153,9 @@ class _Maker:
         elif isinstance(formula, (Always, Eventually)):
             make = always if isinstance(formula, Always) else eventually
             watch = make(self.state(formula.part), self._inside(formula.window))
+        elif isinstance(formula, TimeShare):
+            self.watches.append(time_share(self.state(formula.part), self._inside(formula.window)))
+            return lambda acc, rules: acc[place][0] / acc[place][1]
         else:
             raise TypeError(f"{formula} is no formula of a whole flight")
         self.watches.append(watch)
@@ -197,6 +209,17 @@ def eventually(state: State, inside: State) -> Watch:
         return (jnp.where(inside(step, rules), jnp.maximum(acc[0], state(step, rules)), acc[0]),)
 
     return Watch(lambda rules: (_full(rules, -jnp.inf),), update)
+
+
+def time_share(state: State, inside: State) -> Watch:
+    """(steps of the window at which ρ > 0, steps of the window)."""
+
+    def update(acc: tuple[Scalar, ...], step: Step, rules: Rules) -> tuple[Scalar, ...]:
+        within = inside(step, rules)
+        true = within & (state(step, rules) > 0.0)
+        return acc[0] + jnp.where(true, 1.0, 0.0), acc[1] + jnp.where(within, 1.0, 0.0)
+
+    return Watch(lambda rules: (_full(rules, 0.0), _full(rules, 0.0)), update)
 
 
 def until_settled(state: State) -> Watch:

@@ -6,8 +6,10 @@ import math
 from collections.abc import Collection, Iterator
 from typing import Any
 
+from rvjax.columns import MARGIN
 from rvjax.errors import Finding
 from rvjax.spec import Requirement, Spec
+from rvjax.spec.formula import TimeShare
 from rvjax.spec.notation import did_you_mean
 from rvjax.spec.values import is_mapping
 from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper, log_e_fail, log_e_pass, log_ratio
@@ -15,7 +17,7 @@ from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper, log_e_fail
 
 def findings(spec: Spec, draws: Collection[str]) -> list[Finding]:
     """Classes by draws that there are not, and requirements that no outcome of all samples would decide. draws: their names."""
-    return [*_classes(spec, {*draws, *_counts(spec)}), *_undecidable(spec)]
+    return [*_classes(spec, {*draws, *_counts(spec)}), *_undecidable(spec), *_interpretations(spec)]
 
 
 def reach(requirement: Requirement, samples: int) -> tuple[bool, bool]:
@@ -55,3 +57,25 @@ def _undecidable(spec: Spec) -> Iterator[Finding]:
         if not any(reach(requirement, spec.samples)):
             found = f"neither PASS nor FAIL could come of {spec.samples} samples, whatever they do"
             yield spec.source.finding(("require", index), found, "accepted: more samples, or a lower confidence")
+
+
+def _interpretations(spec: Spec) -> Iterator[Finding]:
+    """Interpretations (ECSS-E-ST-60-10C) that the form of a requirement does not have.
+
+    ensemble: a share of samples. temporal: a share of the samples has a share of time. mixed: the mean share of time.
+    """
+    shares = {f"{MARGIN}{name}" for name, formula in spec.margins.items() if isinstance(formula, TimeShare)}
+    for index, one in enumerate(spec.require):
+        of_time, shown = one.metric in shares, one.above is not None
+        forms = {
+            "ensemble": (not of_time and not one.mean, "a share or a quantile of a metric that is no share of time"),
+            "temporal": (of_time and shown and one.at_least is not None, "above and at_least of a margin that is a time_share"),
+            "mixed": (
+                of_time and shown and one.mean and one.range == (0.0, 1.0),
+                "mean: true, above and range: [0, 1] of a margin that is a time_share",
+            ),
+        }
+        if one.interpretation is not None and not forms[one.interpretation][0]:
+            found = f"this requirement has no {one.interpretation} interpretation"
+            place = ("require", index, "interpretation")
+            yield spec.source.finding(place, found, f"accepted: {forms[one.interpretation][1]}")

@@ -78,4 +78,5 @@ def formulas() -> dict[str, Any]:
     until = {"hold": {"$ref": "#/$defs/State"}, "reach": {"$ref": "#/$defs/State"}, **window}
     pair = {"type": "object", "properties": until, "required": ["hold", "reach"], "additionalProperties": False}
     temporal = [_only("always", timed), _only("eventually", timed), _only("until_settled", {"$ref": "#/$defs/State"})]
-    return {"Formula": either("Formula", *temporal, _only("until", pair)), "State": state}
+    formula = either("Formula", *temporal, _only("until", pair))
+    return {"Formula": formula, "State": state, "Margin": {"oneOf": [*formula["oneOf"], _only("time_share", timed)]}}

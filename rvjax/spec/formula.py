@@ -1,7 +1,7 @@
 """Temporal margins as a campaign says them: formulas over signals, read once into frozen values, free of JAX.
 
     formula    {always: state}, {eventually: state}, {until_settled: state}, {until: {hold: state, reach: state}},
-               {all: [formula, …]}, {any: [formula, …]}, {not: formula}
+               {all: [formula, …]}, {any: [formula, …]}, {not: formula}; or by itself {time_share: state}
     state      {signal: name, below: x}, {signal: name, above: x}, {all: [state, …]}, {any: [state, …]}, {not: state}
 
 A state is true or not at one instant; a formula is about a flight. Beside the state of always and eventually, and beside hold and
@@ -32,7 +32,7 @@ MOST_SUGGESTIONS = 20
 STEPS = 1e-6
 """How far a window's end may be from an instant that it is meant to hold, in steps."""
 
-TEMPORAL = ("always", "eventually", "until_settled", "until")
+TEMPORAL = ("always", "eventually", "until_settled", "until", "time_share")
 BOOLEAN = ("all", "any", "not")
 WINDOW = ("from_s", "to_s")
 PREDICATE = ("signal", "below", "above", "scale")
@@ -100,6 +100,14 @@ class Eventually:
 
 
 @dataclass(frozen=True)
+class TimeShare:
+    """No formula but a number: the share of the instants of the window at which the part is true."""
+
+    part: Formula
+    window: Window = Window()
+
+
+@dataclass(frozen=True)
 class UntilSettled:
     """The part is true at every instant before the first from which both capture tubes hold to the end of the flight."""
 
@@ -116,7 +124,7 @@ class Until:
     place: Place = field(default=(), compare=False)
 
 
-Formula = Predicate | Junction | Negation | Always | Eventually | UntilSettled | Until
+Formula = Predicate | Junction | Negation | Always | Eventually | UntilSettled | Until | TimeShare
 
 
 @dataclass
@@ -190,7 +198,12 @@ class Reader:
         part = self.formula({key: value for key, value in raw.items() if key not in WINDOW}, place, word)
         if part is None or window is None:
             return None
-        return Always(part, window) if word == "always" else Eventually(part, window)
+        if word == "time_share" and len(place) > 2:
+            accepted = "accepted: it alone under the name of a margin; a share of time is no margin to take the smallest of"
+            return self._wrong(
+                f"time_share inside {place[-3 if isinstance(place[-2], int) else -2]}", accepted, place, at_key=True
+            )
+        return {"always": Always, "eventually": Eventually, "time_share": TimeShare}[word](part, window)
 
     def _until(self, raw: Mapping[str, Any], place: Place, window: Window | None) -> Formula | None:
         sides = ("hold", "reach")
@@ -318,4 +331,5 @@ def in_words(formula: Formula, units: Mapping[str, str]) -> str:
     window = (f" from {start:g} s" if start else "") + ("" if end is None else f" to {end:g} s")
     if isinstance(formula, Until):
         return f"hold ({inner[0]}) until{window} ({inner[1]})"
-    return f"{'always' if isinstance(formula, Always) else 'eventually'}{window} ({inner[0]})"
+    words = {Always: "always", Eventually: "eventually", TimeShare: "share of time"}
+    return f"{words[type(formula)]}{window} ({inner[0]})"

@@ -27,7 +27,7 @@ def schema(families: Mapping[str, Mapping[str, type[Model]]] | None = None) -> d
         entry = declared.get("items", declared)
         own = entry.pop("properties")
         entry["oneOf"] = [_component(name, model, own, definitions) for name, model in members.items()]
-    whole["properties"]["margins"]["additionalProperties"] = {"$ref": "#/$defs/Formula"}
+    whole["properties"]["margins"]["additionalProperties"] = {"$ref": "#/$defs/Margin"}
     shared = {"Distribution": distribution(), "JointDistribution": joint_distribution()}
     compact = _refer({**whole, "$defs": definitions}, shared)
     return {"$schema": DRAFT, **compact, "title": "rvjax campaign", "$defs": compact["$defs"] | shared | formulas()}

@@ -26,7 +26,7 @@ from rvjax.replay import trace as flown_again
 from rvjax.signals import Signal, derived, recorded
 from rvjax.spec.formula import Formula, Reader
 from tests.oracles.absolute import columns
-from tests.oracles.stl import Trace, holds, margin
+from tests.oracles.stl import Trace, holds, margin, state_margin
 from tests.short import CAMPAIGN, SHORT
 
 Array = NDArray[np.float64]
@@ -166,6 +166,23 @@ def test_a_margin_is_above_zero_where_the_formula_is_true(pairs: list[tuple[Said
     true = [holds(said, trace) for said, trace, _ in pairs]
     assert all((found > 0.0) is so and found != 0.0 for (_, _, found), so in zip(pairs, true, strict=True))
     assert 0.25 < np.mean(true) < 0.75
+
+
+def test_a_share_of_time_counts_the_steps_of_its_window() -> None:
+    """Kills: all steps for those of the window, a predicate that counts where it is false, an end that does not belong to it."""
+    generator = np.random.default_rng(5)
+    made = traces(generator, SAMPLES)
+    said = [
+        {"a": {"time_share": {**state(generator, 0), "from_s": 2 * STEP_S, "to_s": (STEPS - 3) * STEP_S}}} for _ in range(1)
+    ] * SAMPLES
+    found = fold(said, made)["a"]
+    below = said[0]["a"]["time_share"]
+    bare = {key: value for key, value in below.items() if not key.endswith("_s")}
+    for trace, share in zip(made, found, strict=True):
+        true = [state_margin(bare, trace, k) > 0 for k in trace.window(below)]
+        assert len(true) == STEPS - 4
+        assert share == pytest.approx(np.mean(true))
+    assert 0 < found.mean() < 1
 
 
 def test_not_always_is_eventually_not() -> None:
