@@ -24,7 +24,7 @@ import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 from numpy.typing import NDArray
 
-from rvjax.check.complying import Reading
+from rvjax.check.complying import Reading, complies
 from rvjax.check.folders import campaign_of
 from rvjax.check.words import title
 from rvjax.columns import Column
@@ -119,7 +119,7 @@ def _document(folder: RunFolder) -> dict[str, Any]:
     frame = _first(folder, ["sample", "outcome", *needed])
     if not readings and not shown:
         raise UsageError(f"{folder.path}: neither requirements nor metrics to compare")
-    marks = {f"{n}. {title(one.requirement)}": _marks(one, frame, columns) for n, one in enumerate(readings, 1)}
+    marks = {f"{n}. {title(one.requirement)}": _marks(one, frame) for n, one in enumerate(readings, 1)}
     return {
         "format": FORMAT,
         "campaign": campaign.name,
@@ -145,10 +145,9 @@ def _digest(values: Values) -> list[float]:
     return [float(finite[0]), float(finite[-1]), float(finite.mean()), float(finite.size)] if finite.size else []
 
 
-def _marks(reading: Reading, frame: pd.DataFrame, columns: Mapping[str, Column]) -> str:
+def _marks(reading: Reading, frame: pd.DataFrame) -> str:
     """1 where a sample complies, or is not of the class."""
-    complies = reading.comply(reading.values(frame, columns)) | ~reading.chosen(frame)
-    return "".join("1" if one else "0" for one in complies)
+    return "".join("1" if one else "0" for one in complies(reading.requirement, frame))
 
 
 def _metric(frame: pd.DataFrame, columns: Mapping[str, Column], name: str) -> dict[str, Any]:

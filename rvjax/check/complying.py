@@ -116,3 +116,12 @@ def name(requirement: Requirement) -> str:
     """The requirement's own name, or its metric and channel."""
     channel = f" ({requirement.channel})" if requirement.channel else ""
     return requirement.name or requirement.metric + channel
+
+
+def complies(requirement: Requirement, frame: pd.DataFrame) -> NDArray[np.bool_]:
+    """(n,) which samples of a table comply with a requirement on a share, or are not of its class.
+
+    UsageError where the table lacks the metric, the channel, or a draw of the class.
+    """
+    reading = Reading(requirement)
+    return reading.comply(reading.values(frame, {})) | ~reading.chosen(frame)

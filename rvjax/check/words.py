@@ -16,11 +16,17 @@ MANY = 10**9
 """More samples than this are not suggested."""
 
 
+def success_of(requirement: Requirement, unit: str = "") -> str:
+    """What a sample has to do to comply, in words: settling_time_s below 150 s. unit: of the metric."""
+    never = "not " if requirement.at_most is not None else ""
+    return f"{never}{condition(requirement, unit)}{_of_class(requirement)}"
+
+
 def title(requirement: Requirement) -> str:
     """The requirement in few words: its name, or its form."""
     if requirement.name:
         return requirement.name
-    what = _condition(requirement, "")
+    what = condition(requirement, "")
     if requirement.quantile is not None:
         what = f"{requirement.quantile:g} quantile of {what}"
     elif requirement.mean:
@@ -40,7 +46,7 @@ def of_share(requirement: Requirement, successes: int, share: Estimate, quantity
     whenever = " whenever one stops" if requirement.method != "fixed" else ""
     never = "not " if requirement.at_most is not None else ""
     text = (
-        f"{_start(requirement)}{never}{_condition(requirement, unit)} in {successes} of {share.n} samples{_of_class(requirement)}"
+        f"{_start(requirement)}{never}{condition(requirement, unit)} in {successes} of {share.n} samples{_of_class(requirement)}"
         f"{observed}. The share is at least {percent[1]} and at most {percent[2]}, each {confidence}{whenever}; "
         f"required is {percent[0]}."
     )
@@ -114,7 +120,7 @@ def _side(requirement: Requirement) -> tuple[str, float]:
     return ("below", requirement.below) if requirement.below is not None else ("above", requirement.above or 0.0)
 
 
-def _condition(requirement: Requirement, unit: str) -> str:
+def condition(requirement: Requirement, unit: str) -> str:
     """settling_time_s below 200 s."""
     if requirement.below is None and requirement.above is None:
         return _metric(requirement)

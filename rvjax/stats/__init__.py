@@ -4,7 +4,7 @@ Two kinds. Exact at the stated confidence for every number of samples, and so fi
 verdicts built on them (`binomial`), e-processes and the ratio test with Ville's bounds (`sequential`), order statistics and
 the band (`quantiles`), empirical Bernstein (`means`), McNemar's exact test and its e-process (`paired`), Holm (`families`).
 Approximate, for plots and effects, and said so in `Estimate.method` or their text: Wilson, Jeffreys, bootstraps, Newcombe,
-Tango, mid-p. `walk` gives the exact errors of anything that counts failures.
+Tango, mid-p, shifts of quantiles (`shifts`). `walk` gives the exact errors of anything that counts failures.
 """
 
 from rvjax.stats.binomial import (
@@ -43,6 +43,7 @@ from rvjax.stats.quantiles import (
     upper_tolerance_bound,
 )
 from rvjax.stats.sequential import e_boundary, log_e_fail, log_e_pass, log_ratio, sprt_boundary
+from rvjax.stats.shifts import quantile_shift
 from rvjax.stats.walk import Boundary, Walk, decisions, schedule, walk
 
 __all__ = [
@@ -82,6 +83,7 @@ __all__ = [
     "quantile_difference",
     "quantile_interval",
     "quantile_rank",
+    "quantile_shift",
     "schedule",
     "sprt_boundary",
     "tango",
