@@ -154,3 +154,10 @@ def test_very_many_predicates_take_a_bounded_time() -> None:
         load(CAMPAIGN, [f"margins={{a: {{always: {{any: [{many}]}}}}}}"])
     assert len(caught.value.findings) > 650
     assert time.process_time() - start < 5.0
+
+
+def test_the_order_of_the_file_is_no_order_of_the_table() -> None:
+    """Kills: numbers and columns that come in the order of the file, so that one identity has two programs."""
+    one, other = with_margins({"b": SLOW, "a": {"not": SLOW}}), with_margins({"a": {"not": SLOW}, "b": SLOW})
+    assert list(one.metric_columns) == list(other.metric_columns)
+    assert one.margins == other.margins

@@ -58,6 +58,9 @@ COMPENSATED = "test_baselines.py::test_compensated_errors_know_of_neither_filter
 LAG = "test_baselines.py::test_disturbance_observer_is_a_first_order_lag"
 FOUND = "test_baselines.py::test_a_constant_disturbance_is_found_at_the_observers_rate"
 BY_HAND = "test_sampling.py::test_a_sampled_flight_is_the_one_written_by_hand"
+MARGINS = "margins.py"
+DEFINITION = "test_margins.py::test_folds_are_the_definition_on_random_traces"
+OF_ITS_TRACE = "test_margins.py::test_a_flight_has_the_margins_of_its_trace"
 
 MUTANTS = (
     # plant
@@ -435,5 +438,90 @@ MUTANTS = (
         "looked = seen(last.t, last.motion",
         "looked = seen(last.t, control.motion",
         BY_HAND,
+    ),
+    # temporal margins
+    Mutant("a predicate turned round", MARGINS, "if above else value(rules) - get(step)", "if above else get(step)", DEFINITION),
+    Mutant("a scale that multiplies", MARGINS, "room / scale(rules)", "room * scale(rules)", DEFINITION),
+    Mutant(
+        "a lost negation of a state",
+        MARGINS,
+        "lambda step, rules: -part(step, rules)",
+        "lambda step, rules: part(step, rules)",
+        "test_margins.py::test_not_always_is_eventually_not",
+    ),
+    Mutant(
+        "a lost negation of a flight",
+        MARGINS,
+        "lambda acc, rules: -part(acc, rules)",
+        "lambda acc, rules: part(acc, rules)",
+        "test_margins.py::test_a_margin_is_above_zero_where_the_formula_is_true",
+    ),
+    Mutant("a window that begins a step late", MARGINS, "(first - 0.5)", "(first + 0.5)", DEFINITION),
+    Mutant("a window that ends a step early", MARGINS, "(behind + 0.5)", "(behind - 0.5)", DEFINITION),
+    Mutant(
+        "the latest for the smallest",
+        MARGINS,
+        "jnp.minimum(acc[0], state(step, rules)), acc[0])",
+        "state(step, rules), acc[0])",
+        DEFINITION,
+    ),
+    Mutant(
+        "always for eventually",
+        MARGINS,
+        "make = always if isinstance(formula, Always) else eventually",
+        "make = always",
+        DEFINITION,
+    ),
+    Mutant("settled by the position alone", MARGINS, " & (norm(step.motion.sigma) <= rules.tube_mrp)", "", DEFINITION),
+    Mutant("held until the end, not until settled", MARGINS, "jnp.where(settled, acc[1], lowest)", "lowest", DEFINITION),
+    Mutant(
+        "held up to the step before the last outside",
+        MARGINS,
+        "jnp.where(settled, acc[1], lowest)",
+        "jnp.where(settled, acc[1], acc[0])",
+        DEFINITION,
+    ),
+    Mutant(
+        "hold also where reach is",
+        MARGINS,
+        "jnp.minimum(reach(step, rules), held)",
+        "jnp.minimum(reach(step, rules), jnp.minimum(held, hold(step, rules)))",
+        DEFINITION,
+    ),
+    Mutant(
+        "hold from the window on only",
+        MARGINS,
+        "return jnp.minimum(held, hold(step, rules)), best",
+        "return jnp.where(inside(step, rules), jnp.minimum(held, hold(step, rules)), held), best",
+        DEFINITION,
+    ),
+    Mutant("the first number for any", MARGINS, "place = len(self.numbers)", "place = 0", DEFINITION),
+    Mutant(
+        "a threshold in the program",
+        MARGINS,
+        "return lambda rules: rules.margins[place]",
+        "return lambda rules: value",
+        OF_ITS_TRACE,
+    ),
+    Mutant(
+        "the limit of the other side",
+        "signals.py",
+        "jnp.where(h >= 0.0, upper, lower)",
+        "jnp.where(h >= 0.0, lower, upper)",
+        OF_ITS_TRACE,
+    ),
+    Mutant(
+        "a fold without the last step",
+        "flight.py",
+        "folds = fold(metrics, carry.folds, observe(evaluate, drawn, carry, k), weight, drawn)",
+        "folds = carry.folds",
+        OF_ITS_TRACE,
+    ),
+    Mutant(
+        "speed away from the target",
+        "signals.py",
+        "return -dot(step.motion.rho",
+        "return dot(step.motion.rho",
+        "test_margins.py::test_the_closing_speed_is_the_rate_of_the_distance",
     ),
 )
