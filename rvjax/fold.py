@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import pandas as pd
 
 from rvjax.basis import Basis
 from rvjax.check import Verdict, tallies
 from rvjax.columns import Column
+from rvjax.results.extract import Extract
+from rvjax.results.manifest import Entry
 from rvjax.spec import Keep, Requirement
 from rvjax.totals import Totals
 
@@ -19,6 +21,8 @@ class Fold:
     def __init__(self, require: Iterable[Requirement], basis: Basis, keep: Keep | None = None) -> None:
         self.totals = Totals(keep)
         self._tallies = tallies(basis, require)
+        self._extract = Extract()
+        self._needed: list[str] | None = None
 
     def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
         """Takes in the table of one chunk, which must not be changed afterwards.
@@ -27,6 +31,13 @@ class Fold:
         """
         self.totals.add(chunk, frame, columns)
         self._tallies.add(frame, columns)
+        if self._needed is None:
+            self._needed = self._tallies.columns(list(columns))
+        self._extract.add(chunk, frame, self._needed)
+
+    def extract(self, chunks: Sequence[Entry]) -> bytes | None:
+        """The columns that the requirements look at, of these chunks, as a file; None where not all of them were taken in."""
+        return self._extract.encoded(chunks)
 
     @property
     def decided(self) -> bool:

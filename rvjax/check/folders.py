@@ -44,7 +44,8 @@ def reckon(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
         )
     campaign, ledger = campaign_of(folder), Ledger()
     counted, columns = tallies(basis_of(campaign), campaign.require), folder.columns()
-    for chunk, frame, begins in folder.some(["sample", "outcome", *counted.columns(list(columns))]):
+    needed = counted.columns(list(columns))
+    for chunk, frame, begins in folder.extracted(needed) or folder.some(["sample", "outcome", *needed]):
         ledger.add(chunk, frame, columns)
         counted.add(frame, columns, begins)
     return ledger.account(folder.requested), counted.verdicts()

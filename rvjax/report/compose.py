@@ -10,7 +10,7 @@ from typing import Any
 import matplotlib
 
 from rvjax.report import html, markdown, picture
-from rvjax.results import RunFolder
+from rvjax.results import RunFolder, extract
 from rvjax.sections import sections
 from rvjax.sections.opened import Run, open_run
 from rvjax.sections.page import Headline, Number, Section
@@ -38,6 +38,8 @@ def write(folder: RunFolder, run: Run) -> Path:
     for name, drawn in pictures.items():
         folder.write_text(f"figures/{name}.svg", drawn.svg)
         folder.write_bytes(f"figures/{name}.png", drawn.png)
+    if run.extract is not None:
+        folder.write_bytes(extract.NAME, run.extract)
     folder.write_summary(summary(run, top, shown))
     folder.write_text("report.md", markdown.page(top, shown))
     page = folder.write_text("report.html", html.page(top, shown, pictures))

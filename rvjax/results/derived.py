@@ -10,7 +10,7 @@ from rvjax.results import files
 
 NAME = "SHA256SUMS"
 
-_MADE = re.compile(r"report\.html|report\.md|summary\.json|figures/.+")
+_MADE = re.compile(r"report\.html|report\.md|summary\.json|judged\.parquet|figures/.+")
 _LINE = re.compile(r"([0-9a-f]{64})  (\S.*)")
 _ADVICE = "`rvjax report` makes it again"
 
@@ -41,6 +41,15 @@ def complaints(root: Path) -> list[str]:
         elif noted.get(name) != files.sha256(files.read(root / name)):
             found.append(f"{root / name}: damaged or edited, it is not what {NAME} says; {_ADVICE}")
     return found
+
+
+def verified(root: Path, name: str) -> bytes | None:
+    """A file as it was made; None where it is not there, or is not what was noted."""
+    if not files.exists(root / NAME) or not files.exists(root / name):
+        return None
+    data = files.read(root / name)
+    noted = f"{files.sha256(data)}  {name}"
+    return data if noted in files.read(root / NAME).decode(errors="replace").splitlines() else None
 
 
 def _there(root: Path) -> set[str]:

@@ -22,7 +22,7 @@ import pyarrow as pa
 
 from rvjax.columns import Column
 from rvjax.errors import DamagedError, FolderError, IncompleteError, UsageError
-from rvjax.results import derived, files
+from rvjax.results import derived, extract, files
 from rvjax.results import inputs as given
 from rvjax.results.datafile import DataFile
 from rvjax.results.journal import NAME as JOURNAL
@@ -35,9 +35,9 @@ from rvjax.results.store import PARTS, Store, compared
 from rvjax.spec.csvfile import INPUTS
 
 CAMPAIGN = "campaign.yaml"
+"""The campaign as it was given, in a run folder."""
 BASELINES = "baselines"
 """Folder with the run folders of the other controllers that flew the same draws."""
-"""The campaign as it was given, in a run folder."""
 
 _DATA = {*PARTS, files.QUARANTINE, INPUTS, CAMPAIGN, MANIFEST, JOURNAL, derived.NAME}
 _NONE: Mapping[str, bytes] = {}
@@ -261,16 +261,24 @@ class RunFolder:
         raise IncompleteError(f"{self.path}: no chunk is finished yet; fly it with `rvjax run` and the same --out")
 
     def some(self, names: Sequence[str]) -> Iterator[tuple[int, pd.DataFrame, list[int]]]:
-        """Some columns of all finished chunks, verified, many chunks at a time: the first one's number, their table, and the row
-        with which each of them begins. Samples without a gap only, read by several threads.
-
-        FolderError where a file is missing or damaged, or lacks a column.
-        """
-        with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as threads:
+        """Some columns of all finished chunks, verified, many chunks at a time that have no gap between them: the first one's
+        number, their table, and the row with which each of them begins. FolderError as of `tables`, or where a column lacks."""
+        with ThreadPoolExecutor(files.cores()) as threads:
             for entries in neighbours(self.chunks):
                 parts = list(threads.map(lambda entry: self._some(entry, names), entries))
                 begins = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
                 yield entries[0].number, pa.concat_tables(parts).to_pandas(strings_to_categorical=True), begins[:-1].tolist()
+
+    def extracted(self, names: Sequence[str]) -> list[tuple[int, pd.DataFrame, list[int]]]:
+        """As `some`, all at once, out of the extract that the report has left; chunks are verified, but not decoded. Empty where
+        there is none of these chunks and columns, or samples have gaps."""
+        data, chunks = derived.verified(self.path, extract.NAME), self.chunks
+        found = None if data is None else extract.decoded(data, chunks, names)
+        if found is None or len(list(neighbours(chunks, len(chunks)))) != 1:
+            return []
+        with ThreadPoolExecutor(files.cores()) as threads:
+            list(threads.map(self._store.verified, chunks))
+        return [(chunks[0].number, *found)]
 
     def sift(self, chunks: Iterable[int]) -> Iterator[tuple[int, pd.DataFrame, dict[str, Column]]]:
         """As `tables`; a chunk whose file is damaged is left out, set aside, and missing from then on."""

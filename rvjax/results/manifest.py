@@ -218,11 +218,11 @@ TOGETHER = 64
 """Chunks in a group of neighbours, at most."""
 
 
-def neighbours(chunks: Iterable[Entry]) -> Iterator[list[Entry]]:
+def neighbours(chunks: Iterable[Entry], most: int = TOGETHER) -> Iterator[list[Entry]]:
     """Chunks in groups whose samples lie without a gap."""
     group: list[Entry] = []
     for chunk in chunks:
-        if group and (len(group) == TOGETHER or chunk.first != group[-1].first + group[-1].count):
+        if group and (len(group) == most or chunk.first != group[-1].first + group[-1].count):
             yield group
             group = []
         group.append(chunk)

@@ -62,6 +62,7 @@ class Run:
     provenance: Mapping[str, Any]
     audit: Audited | None
     chunks: tuple[Entry, ...]
+    extract: bytes | None
     baselines: Mapping[str, Totals]
 
     @property
@@ -187,6 +188,7 @@ def opened(folder: RunFolder, fold: Fold, campaign: Spec, others: Mapping[str, T
         provenance=folder.provenance,
         audit=folder.audit,
         chunks=folder.chunks,
+        extract=fold.extract(folder.chunks),
         baselines={name: one for name in names if (one := _baseline(folder, name, totals, others or {}))},
     )
 
