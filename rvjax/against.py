@@ -64,6 +64,11 @@ class Comparison:
         """Whether the run is significantly worse."""
         return self.p <= RISK
 
+    def told(self, baseline: str) -> str:
+        """In a sentence."""
+        found = "significantly worse" if self.significant else "not significantly worse"
+        return f"{self.what}: {found} than {baseline}: {self.worse} samples worse, {self.better} better (p = {self.p:.2g})."
+
 
 def write(folder: str | Path, path: Path) -> None:
     """Makes the baseline of a finished run. Errors as of `rvjax.check.reckon`, UsageError where nothing could be compared."""
@@ -72,7 +77,7 @@ def write(folder: str | Path, path: Path) -> None:
 
 def against(folder: str | Path, path: Path) -> list[Comparison]:
     """A finished run against a baseline. UsageError where that is none, or of other draws, requirements or metrics."""
-    before, now = _read(path), _document(RunFolder.open(folder))
+    before, now = read(path), _document(RunFolder.open(folder))
     if wrong := _unlike(before, now):
         raise UsageError(f"{path}: {wrong}; make it again with --write-baseline where the change is meant")
     found: list[tuple[str, int, int, float]] = []
@@ -162,17 +167,41 @@ def _values(given: list[float | None], better: str) -> Values:
     return np.array([worst if one is None else one for one in given], dtype=float)
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read(path: Path) -> dict[str, Any]:
+    """The baseline as it is in its file. UsageError where that is none."""
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise UsageError(f"{path}: no baseline ({error}); accepted: a file that --write-baseline wrote") from error
     wanted = {"format": int, "campaign": str, "samples": int, "draws": dict, "requirements": dict, "metrics": dict}
     if not isinstance(document, dict) or any(not isinstance(document.get(name), kind) for name, kind in wanted.items()):
         raise UsageError(f"{path}: no baseline; accepted: a file that --write-baseline wrote")
     if document["format"] != FORMAT:
         raise UsageError(f"{path}: a baseline of format {document['format']}; accepted: {FORMAT}")
+    if damaged := _damaged(document):
+        raise UsageError(f"{path}: no baseline ({damaged}); accepted: a file that --write-baseline wrote")
     return document
+
+
+def _damaged(document: Mapping[str, Any]) -> str:
+    """Which part of it cannot have been written by `write`, as after a merge by hand; empty where none."""
+    n = document["samples"]
+
+    def numbers(one: Any, *, none: bool) -> bool:
+        return isinstance(one, list) and all(isinstance(x, float | int) or (none and x is None) for x in one)
+
+    for name, digest in document["draws"].items():
+        if not numbers(digest, none=False):
+            return f"draws of {name}"
+    for name, marks in document["requirements"].items():
+        if not isinstance(marks, str) or len(marks) != n or set(marks) - {"0", "1"}:
+            return f"requirement {name}"
+    for name, told in document["metrics"].items():
+        if not isinstance(told, dict) or told.get("better") not in ("lower", "higher"):
+            return f"metric {name}"
+        if not numbers(told.get("values"), none=True) or len(told["values"]) != n:
+            return f"metric {name}"
+    return ""
 
 
 def _unlike(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:

@@ -1,32 +1,34 @@
 """Plugin of pytest: `pytest --rvjax campaigns/ci/` makes every requirement of every campaign there a test.
 
-A campaign is flown once, when the first of its requirements is run, until all are decided. FAIL fails with the verdict's
-sentence; UNDECIDED is an outcome of its own, which fails unless `--rvjax-undecided=pass` (or `rvjax_undecided` in the
-configuration) says otherwise. Without `--rvjax` nothing is collected and nothing heavy imported.
+A campaign is flown once, when the first of its requirements is run, until all are decided, by `rvjax check` in a process of its
+own: JAX is configured before it starts, and other tests may have started it otherwise. FAIL fails with the verdict's sentence;
+UNDECIDED is an outcome of its own, which fails unless `--rvjax-undecided=pass` (or `rvjax_undecided` in the configuration) says
+otherwise. Without `--rvjax` nothing is collected and nothing heavy imported.
 """
 
 from __future__ import annotations
 
-import fcntl
+import hashlib
+import json
 import os
 import re
+import shlex
+import subprocess
+import sys
 import tempfile
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
-if TYPE_CHECKING:
-    from rvjax.check import Verdict
-    from rvjax.spec import Requirement
-
 UNDECIDED = "undecided"
-CAMPAIGN = re.compile(rb"^rvjax\s*:", re.MULTILINE)
+CAMPAIGN = re.compile(rb"^(?:\xef\xbb\xbf)?[\"']?rvjax[\"']?\s*:", re.MULTILINE)
 """What a YAML file has that is a campaign."""
 
-_VERDICT = "rvjax_verdict"
+_VERDICT, _COMMANDS = "rvjax_verdict", "rvjax_commands"
+_ROOT = pytest.StashKey[Path]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -38,20 +40,39 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addini("rvjax_undecided", "what an undecided requirement does: fail or pass", default="fail")
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Knows the mark that keeps the requirements of a campaign together, also where xdist, whose mark it is, is not there."""
+    if not config.getoption("--rvjax"):
+        return
+    config.addinivalue_line("markers", "xdist_group(name): tests that one process runs")
+    said = config.getini("rvjax_undecided")
+    if said not in ("fail", "pass"):
+        raise pytest.UsageError(f"rvjax_undecided: found {said!r}; accepted: fail, pass")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """All processes of xdist have the same folder."""
+    if node.config.getoption("--rvjax"):
+        node.workerinput["rvjax_root"] = str(_root(node.config))
+
+
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """Campaign files, where they are asked for."""
     if not parent.config.getoption("--rvjax") or file_path.suffix not in (".yaml", ".yml"):
         return None
-    if not CAMPAIGN.search(file_path.read_bytes()):
-        return None
-    return CampaignFile.from_parent(parent, path=file_path)
+    try:
+        found = CAMPAIGN.search(file_path.read_bytes())
+    except OSError:
+        found = True  # said with its reason when it is loaded
+    return CampaignFile.from_parent(parent, path=file_path) if found else None
 
 
 class CampaignFile(pytest.File):
     """A campaign; its requirements are its items."""
 
-    _verdicts: tuple[Verdict, ...] | None = None
-    folder: Path | None = None
+    judged: dict[str, Any] | None = None
+    """What `rvjax check --json` said."""
 
     def collect(self) -> Iterable[pytest.Item]:
         """The requirements. A mistake in the campaign is one of collecting it, with its places."""
@@ -65,42 +86,44 @@ class CampaignFile(pytest.File):
             raise self.CollectError(str(error)) from None
         for number, requirement in enumerate(campaign.require, 1):
             item: RequirementItem = RequirementItem.from_parent(self, name=f"[{number}] {title(requirement)}")
-            item.number, item.requirement = number, requirement
+            item.number = number
             item.add_marker(pytest.mark.xdist_group(str(self.path)))
             yield item
 
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """Flies the campaign unless it is flown; processes beside each other fly it once."""
-        if self._verdicts is None:
-            from rvjax.check import judge_folder
-            from rvjax.run import run
+    @property
+    def folder(self) -> Path:
+        """Its run folder: no two campaigns have the same."""
+        return _root(self.config) / folder_name(self.path, self.config.rootpath)
 
-            root = _root(self.config)
-            self.folder = root / re.sub(r"[^\w.-]+", "-", self.path.relative_to(self.config.rootpath).with_suffix("").as_posix())
-            with _alone(root, self.folder.name):
-                run(self.path, self.folder, until_decided=True)
-            self._verdicts = judge_folder(self.folder)
-        return self._verdicts
+    def judge(self) -> dict[str, Any]:
+        """Flies the campaign unless it is flown; of processes beside each other one flies it, the others read what came out."""
+        if self.judged is None:
+            session = os.environ.get("PYTEST_XDIST_TESTRUNUID", "")
+            kept = self.folder.with_suffix(f"{self.folder.suffix}.json")
+            with _alone(self.folder):
+                if session and kept.exists():
+                    found = json.loads(kept.read_text(encoding="utf-8"))
+                    self.judged = found if found.get("session") == session else None
+                if self.judged is None:
+                    self.judged = {**_check(self.path, self.folder), "session": session}
+                    kept.write_text(json.dumps({**self.judged, "commands": []}), encoding="utf-8")
+        return self.judged
 
 
 class RequirementItem(pytest.Item):
     """One requirement."""
 
     number: int
-    requirement: Requirement
+    parent: CampaignFile
 
     def runtest(self) -> None:
         """Passes where the verdict is PASS."""
-        from rvjax.errors import RvjaxError
-
-        campaign = self.parent
-        assert isinstance(campaign, CampaignFile)
-        try:
-            verdict = campaign.verdicts()[self.number - 1]
-        except RvjaxError as error:
-            raise NotShown("ERROR", str(error)) from None
-        if verdict.verdict != "PASS":
-            raise NotShown(verdict.verdict, f"{verdict.text}\n{_advice(campaign.folder)}")
+        found = self.parent.judge()
+        if "verdicts" not in found:
+            raise NotShown("ERROR", found["error"])
+        verdict = found["verdicts"][self.number - 1]
+        if verdict["verdict"] != "PASS":
+            raise NotShown(verdict["verdict"], f"{verdict['text']}\n{_advice(self.parent.folder, verdict['worst_sample'])}")
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """The verdict's sentence; a traceback only of what nobody foresaw."""
@@ -121,32 +144,50 @@ class NotShown(Exception):
         self.verdict = verdict
 
 
-def _advice(folder: Path | None) -> str:
-    """Where the report is, and how the worst sample flies again."""
-    if folder is None:
-        return ""
-    from rvjax.results import RunFolder
+def folder_name(campaign: Path, root: Path) -> str:
+    """Its path below the root, or whole, as one word, and a few digits that no other path has."""
+    shown = campaign.relative_to(root) if campaign.is_relative_to(root) else campaign
+    name = re.sub(r"[^\w.-]+", "-", shown.with_suffix("").as_posix()).strip("-.")
+    return f"{name[-80:]}-{hashlib.sha256(os.fsencode(shown)).hexdigest()[:8]}"
 
-    kept = RunFolder.open(folder).trace_samples()
-    again = f"\nrvjax replay {folder} --sample {kept[0]}" if kept else ""
+
+def _check(campaign: Path, folder: Path) -> dict[str, Any]:
+    """What `rvjax check` says of a campaign: its document, or `error`; `commands`: what it told a service on its way."""
+    command = [sys.executable, "-P", "-m", "rvjax", "check", str(campaign), "--out", str(folder), "--json", "--quiet"]
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", check=False)
+    commands = [line for line in done.stderr.splitlines() if line.startswith(("::error ", "::warning "))]
+    try:
+        document = json.loads(done.stdout)
+    except ValueError:
+        said = done.stderr.strip() or done.stdout.strip()
+        document = {"error": f"rvjax ended with {done.returncode}: {said[-2000:]}\n{shlex.join(command[:-2])}"}
+    if "verdicts" not in document and "error" not in document:
+        document["error"] = f"rvjax ended with {done.returncode}: {done.stderr.strip()[-2000:]}"
+    return document | {"commands": commands}
+
+
+def _advice(folder: Path, sample: int | None) -> str:
+    """Where the report is, and how the worst sample flies again."""
+    again = "" if sample is None else f"\nrvjax replay {shlex.quote(str(folder))} --sample {sample}"
     return f"report: {folder / 'report.html'}{again}"
 
 
 def _root(config: pytest.Config) -> Path:
-    """The folder of all run folders: the same for all processes of a session."""
-    if said := config.getoption("--rvjax-out"):
-        root = Path(said)
-    else:
-        session = os.environ.get("PYTEST_XDIST_TESTRUNUID") or f"{os.getpid()}"
-        root = Path(tempfile.gettempdir()) / f"rvjax-pytest-{session}"
-    root.mkdir(parents=True, exist_ok=True)
-    return root.absolute()
+    """The folder of all run folders: the same for all processes of a session, and nobody else's."""
+    if _ROOT not in config.stash:
+        given = getattr(config, "workerinput", {}).get("rvjax_root") or config.getoption("--rvjax-out")
+        root = Path(given or tempfile.mkdtemp(prefix="rvjax-pytest-")).absolute()
+        root.mkdir(parents=True, exist_ok=True)
+        config.stash[_ROOT] = root
+    return config.stash[_ROOT]
 
 
 @contextmanager
-def _alone(root: Path, name: str) -> Iterator[None]:
+def _alone(folder: Path) -> Iterator[None]:
     """One process at a time."""
-    with (root / f"{name}.lock").open("w") as lock:
+    import fcntl  # not everywhere where pytest is
+
+    with folder.with_suffix(f"{folder.suffix}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
 
@@ -157,6 +198,8 @@ def pytest_runtest_makereport(
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Notes the verdict in the report, which processes send to each other."""
     report = yield
+    if isinstance(item, RequirementItem) and call.when == "call" and item.parent.judged is not None:
+        setattr(report, _COMMANDS, item.parent.judged.pop("commands", []))
     if call.excinfo is not None and isinstance(call.excinfo.value, NotShown):
         setattr(report, _VERDICT, call.excinfo.value.verdict)
         said = item.config.getoption("--rvjax-undecided") or item.config.getini("rvjax_undecided")
@@ -173,9 +216,12 @@ def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, tuple
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """The sentences of the undecided."""
+    """The sentences of the undecided, and what GitHub reads."""
     reports: list[pytest.TestReport] = terminalreporter.stats.get(UNDECIDED, [])
     if reports:
         terminalreporter.section("undecided requirements")
         for report in reports:
             terminalreporter.write_line(f"{report.nodeid}\n{report.longreprtext}")
+    for report in (one for each in terminalreporter.stats.values() for one in each):
+        for command in getattr(report, _COMMANDS, ()):
+            terminalreporter.write_line(command)

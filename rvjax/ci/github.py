@@ -16,6 +16,7 @@ from rvjax.check.words import title
 from rvjax.errors import visible
 
 if TYPE_CHECKING:
+    from rvjax.against import Comparison
     from rvjax.check import Verdict
     from rvjax.errors import Finding
 
@@ -36,6 +37,17 @@ def of_verdicts(verdicts: Sequence[Verdict], places: Sequence[str]) -> list[str]
         for verdict, place in zip(verdicts, places, strict=True)
         if verdict.verdict in _LEVELS
     ]
+
+
+def of_comparisons(comparisons: Sequence[Comparison], baseline: str, place: str) -> list[str]:
+    """One command for each comparison with a baseline that is worse. place: of the controller in the campaign."""
+    worse = [one for one in comparisons if one.significant]
+    return [command("error", place, f"worse than the baseline: {one.what}", one.told(baseline)) for one in worse]
+
+
+def of_error(text: str) -> str:
+    """A command for what ended the program and has no place in a file."""
+    return command("error", "", "rvjax", text)
 
 
 def of_findings(findings: Iterable[Finding]) -> list[str]:
@@ -66,8 +78,8 @@ def _property(text: str) -> str:
     return _data(text).replace(":", "%3A").replace(",", "%2C")
 
 
-def summary(campaign: str, verdicts: Sequence[Verdict]) -> str:
-    """A table of requirements, verdicts and bounds in Markdown, nothing in it acting."""
+def summary(campaign: str, verdicts: Sequence[Verdict], comparisons: Sequence[Comparison] = ()) -> str:
+    """A table of requirements, verdicts and bounds in Markdown, and one of comparisons with a baseline; nothing in them acts."""
     words = [verdict.verdict for verdict in verdicts]
     found = ", ".join(f"{words.count(word)} {word}" for word in _SIGNS if word in words) or "no requirement"
     lines = [f"### {_cell(campaign)}: {found}", ""]
@@ -77,6 +89,13 @@ def summary(campaign: str, verdicts: Sequence[Verdict]) -> str:
         numbers = ((verdict.estimate.value, round), (verdict.low_bound, math.floor), (verdict.high_bound, math.ceil))
         shown = [_shown(verdict, x, way) for x, way in (*numbers, (verdict.limit, round))]
         cells = [title(verdict.requirement), f"{_SIGNS[verdict.verdict]} {verdict.verdict}", f"{verdict.n:,}", *shown]
+        lines.append(f"| {' | '.join(map(_cell, cells))} |")
+    if comparisons:
+        worse = sum(one.significant for one in comparisons)
+        lines += ["", f"Against the baseline: {f'worse in {worse}' if worse else 'not worse'}", ""]
+        lines += ["| compared | | worse samples | better | p |", "| --- " * 5 + "|"]
+    for one in comparisons:
+        cells = [one.what, "❌ WORSE" if one.significant else "–", f"{one.worse:,}", f"{one.better:,}", f"{one.p:.2g}"]
         lines.append(f"| {' | '.join(map(_cell, cells))} |")
     return "\n".join([*lines, ""])
 

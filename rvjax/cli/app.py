@@ -90,10 +90,11 @@ def _warn(message: Warning | str, *where: Any) -> None:
 
 def _report(error: RvjaxError) -> int:
     say(str(error), sys.stderr)
-    if os.environ.get("GITHUB_ACTIONS") == "true" and isinstance(error, CampaignError):
+    if os.environ.get("GITHUB_ACTIONS") == "true":
         from rvjax.ci import github
 
-        Output(as_json="--json" in sys.argv).annotate(github.of_findings(error.findings))
+        told = github.of_findings(error.findings) if isinstance(error, CampaignError) else [github.of_error(str(error))]
+        Output(as_json="--json" in sys.argv).annotate(told)
     if "--json" in sys.argv:
         findings = [vars(finding) for finding in error.findings] if isinstance(error, CampaignError) else []
         Output(as_json=True).document({"error": str(error), "findings": findings, "exit_code": error.exit_code})

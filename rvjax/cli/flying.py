@@ -6,28 +6,20 @@ import shlex
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rvjax.cli.app import Campaign, Dask, Folder, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, Terminated, app, overrides
 from rvjax.cli.output import Output, say, verdict_documents
-from rvjax.errors import IncompleteError, UsageError
+from rvjax.cli.telling import Tell
+from rvjax.errors import IncompleteError, RvjaxError, UsageError
 
 if TYPE_CHECKING:
+    from rvjax.against import Comparison
     from rvjax.check import Verdict
     from rvjax.results import Account
-
-
-@dataclass(frozen=True)
-class Tell:
-    """Files of verdicts: JUnit XML to write, a baseline to compare with, one to write."""
-
-    junit_xml: Path | None = None
-    against: Path | None = None
-    write_baseline: Path | None = None
 
 
 @app.command()
@@ -121,6 +113,8 @@ def fly(
     from rvjax.executors.inline import inline
     from rvjax.run import run as fly_campaign
 
+    tell = tell or Tell()
+    tell.begin()
     crew = inline
     if dask is not None:
         from rvjax.executors.dask import parse, workers
@@ -131,7 +125,7 @@ def fly(
     folder: list[Path] = []
     results: list[tuple[Account, tuple[Verdict, ...]]] = []
     try:
-        with output.progress() as progress:
+        with tell.broken(file.stem), output.progress() as progress:
             place = fly_campaign(
                 file,
                 out,
@@ -159,14 +153,17 @@ def fly(
             output.document({"stopped": str(folder[0]), "go_on_with": again})
         raise
     output.note(f"done in {time.monotonic() - started:.0f} s")
-    return _show(place, *results[0], output, tell or Tell(), file)
+    return _show(place, *results[0], output, tell, file)
 
 
 def judge(folder: Path, output: Output, tell: Tell) -> int:
     """Prints the verdicts of a run folder; returns the exit code."""
     from rvjax.check import reckon
 
-    return _show(folder, *reckon(folder), output, tell, folder / "campaign.yaml")
+    tell.begin()
+    with tell.broken(folder.absolute().name):
+        found = reckon(folder)
+    return _show(folder, *found, output, tell, folder / "campaign.yaml")
 
 
 def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: Output, tell: Tell, file: Path) -> int:
@@ -183,48 +180,17 @@ def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: O
     if sentence := basis_of(campaign_of(RunFolder.open(folder))).sentence:
         output.text(sentence)
     output.text(f"report: {folder / 'report.html'}")
-    worse = _compare(folder, output, tell)
-    _tell(folder, verdicts, output, tell.junit_xml, file)
-    code = 1 if any(one["significant"] for one in worse or ()) else exit_code(verdicts)
-    document = {"folder": str(folder), "account": vars(account), "verdicts": verdict_documents(verdicts), "exit_code": code}
-    output.document(document | ({} if worse is None else {"against": worse}))
+    worst = tell.worst(folder, verdicts, output)
+    compared: Sequence[Comparison] = ()
+    try:
+        compared = tell.compare(folder, output)
+    except RvjaxError as error:
+        tell.tell(folder, verdicts, worst, (), output, file, str(error))
+        raise
+    tell.tell(folder, verdicts, worst, compared, output, file)
+    code = 1 if any(one.significant for one in compared) else exit_code(verdicts)
+    told = [one | {"worst_sample": sample} for one, sample in zip(verdict_documents(verdicts), worst, strict=True)]
+    document = {"folder": str(folder), "account": vars(account), "verdicts": told, "exit_code": code}
+    against = [{**vars(one), "significant": one.significant} for one in compared]
+    output.document(document | ({} if tell.against is None else {"against": against}))
     return code
-
-
-def _compare(folder: Path, output: Output, tell: Tell) -> list[dict[str, Any]] | None:
-    """The run against a baseline, where one is given."""
-    if tell.write_baseline is None and tell.against is None:
-        return None
-    from rvjax import against
-
-    if tell.write_baseline is not None:
-        against.write(folder, tell.write_baseline)
-        output.note(f"baseline: {tell.write_baseline}")
-    if tell.against is None:
-        return None
-    found = against.against(folder, tell.against)
-    rows = [("WORSE" if one.significant else "–", one.what, str(one.worse), str(one.better), f"{one.p:.2g}") for one in found]
-    output.table(("", f"against {tell.against}", "worse", "better", "p"), rows)
-    return [{**vars(one), "significant": one.significant} for one in found]
-
-
-def _tell(folder: Path, verdicts: Sequence[Verdict], output: Output, junit_xml: Path | None, file: Path) -> None:
-    """JUnit XML where it is asked for; annotations and a summary where GitHub actions run this."""
-    from rvjax.ci import github
-
-    if junit_xml is None and not github.active():
-        return
-    from rvjax.check import campaign_of
-    from rvjax.ci.junit import junit
-    from rvjax.results import RunFolder
-    from rvjax.spec.source import read
-
-    campaign = campaign_of(RunFolder.open(folder))
-    if junit_xml is not None:
-        from rvjax.results import files
-
-        files.replace(junit_xml, junit(campaign.name, verdicts, f"report: {folder / 'report.html'}"))
-    if github.active():
-        source = read(file)
-        output.annotate(github.of_verdicts(verdicts, [source.where(("require", n)) for n in range(len(verdicts))]))
-        github.append_summary(github.summary(campaign.name, verdicts))

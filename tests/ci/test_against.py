@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import re
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
@@ -13,8 +16,14 @@ import pytest
 from scipy import stats
 
 from rvjax import against
+from rvjax.ci import github
+from rvjax.ci.worst import worst_sample
 from rvjax.errors import UsageError
 from rvjax.results import RunFolder
+from rvjax.spec import Requirement
+from rvjax.totals import worst_first
+from tests.program import Run
+from tests.short import CAMPAIGN
 
 Change = Callable[[pd.DataFrame], Mapping[str, object]]
 
@@ -103,8 +112,10 @@ def test_other_draws_are_refused(before: Path, baseline: Path, tmp_path: Path) -
     with pytest.raises(UsageError, match=r"other draws of pursuer\.mass_kg than the run"):
         against.against(run, baseline)
     document = json.loads(baseline.read_text())
+    marks = {name: told[:100] for name, told in document["requirements"].items()}
+    shorter = {name: {**told, "values": told["values"][:100]} for name, told in document["metrics"].items()}
     for change, words in (
-        ({"samples": 100}, "of 100 samples, the run has 200"),
+        ({"samples": 100, "requirements": marks, "metrics": shorter}, "of 100 samples, the run has 200"),
         ({"format": 9}, "format 9"),
         ({"metrics": {}}, "other metrics than the run: "),
         ({"draws": 3}, "no baseline"),
@@ -115,3 +126,111 @@ def test_other_draws_are_refused(before: Path, baseline: Path, tmp_path: Path) -
     (tmp_path / "b.json").write_text("{")
     with pytest.raises(UsageError, match="no baseline"):
         against.against(before, tmp_path / "b.json")
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value"),
+    [
+        ("requirements", "1. captured: at least 0.98", "11"),
+        ("requirements", "1. captured: at least 0.98", "x" * 200),
+        ("metrics", "delta_v_m_s", 5),
+        ("metrics", "delta_v_m_s", {"better": "lower", "values": ["a"] * 200}),
+        ("metrics", "delta_v_m_s", {"better": "less", "values": [1.0] * 200}),
+        ("draws", "pursuer.mass_kg", ["a", "b"]),
+    ],
+)
+def test_a_damaged_baseline_is_none(before: Path, baseline: Path, tmp_path: Path, part: str, name: str, value: object) -> None:
+    """As after a conflict that was resolved by hand. Kills: a traceback, and its exit code, out of a file's contents."""
+    document = json.loads(baseline.read_text())
+    assert name in document[part]
+    document[part][name] = value
+    (tmp_path / "b.json").write_text(json.dumps(document))
+    with pytest.raises(UsageError, match=f"no baseline .*{name}"):
+        against.against(before, tmp_path / "b.json")
+
+
+def test_worse_than_the_baseline_is_told_everywhere(
+    before: Path, baseline: Path, tmp_path: Path, rvjax: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kills: a job that fails while its JUnit XML is green and nothing is annotated; a baseline that is written before it is
+    compared with, and so never worse."""
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(tmp_path / "summary.md"))
+    run = after(before, tmp_path / "run", lambda frame: {"metric.delta_v_m_s": frame["metric.delta_v_m_s"] * 1.1})
+    mine = shutil.copy(baseline, tmp_path / "b.json")
+    told = ("--junit-xml", tmp_path / "j.xml")
+    code, out, _ = rvjax("check", run, "--against", mine, "--write-baseline", mine, *told)
+    assert code == 1
+    where = re.escape(github.relative(str(run / "campaign.yaml")))
+    assert re.search(rf"^::error file={where},line=\d+,col=1,title=worse than the baseline%3A delta_v_m_s::", out, re.MULTILINE)
+    cases = {case.get("name"): case for case in ElementTree.parse(tmp_path / "j.xml").iter("testcase")}
+    failed = [
+        name for name, case in cases.items() if case.find("failure") is not None and "baseline" in str(case.get("classname"))
+    ]
+    assert failed == ["delta_v_m_s"]
+    assert "❌ WORSE" in (tmp_path / "summary.md").read_text()
+    _, out, _ = rvjax("check", run, "--against", mine, *told)
+    assert "worse than the baseline" not in out
+    assert sum(case.find("failure") is not None for case in ElementTree.parse(tmp_path / "j.xml").iter("testcase")) < len(cases)
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(tmp_path / "none" / "summary.md"))
+    code, _, err = rvjax("check", run, *told)
+    assert code != 4
+    assert "no job summary" in err
+
+
+def test_what_cannot_be_compared_is_an_error_in_every_output(
+    before: Path, baseline: Path, tmp_path: Path, rvjax: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kills: a flight of minutes for a baseline that is not there; JUnit XML of an earlier run behind a mistake."""
+    report = tmp_path / "j.xml"
+    run = after(before, tmp_path / "run", lambda frame: {"draw.pursuer.mass_kg": frame["draw.pursuer.mass_kg"] + 1e-3})
+    code, *_ = rvjax("check", run, "--against", baseline, "--junit-xml", report)
+    kinds = [
+        [part.tag for part in case if part.tag in ("failure", "error")] for case in ElementTree.parse(report).iter("testcase")
+    ]
+    assert code == 2
+    assert len(kinds) == 4
+    assert kinds[3] == ["error"]
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    monkeypatch.setattr("rvjax.run.run", lambda *given, **named: pytest.fail("flown"))
+    code, out, _ = rvjax("check", CAMPAIGN, "--against", tmp_path / "none.json", "--junit-xml", report)
+    assert code == 2
+    assert re.search(r"^::error title=rvjax::.*none\.json%?: no baseline", out, re.MULTILINE), out
+    (case,) = ElementTree.parse(report).iter("testcase")
+    assert case.find("error") is not None
+    code, _, err = rvjax("check", CAMPAIGN, "--junit-xml", tmp_path)
+    assert (code, "this is a folder" in err) == (2, True)
+    (tmp_path / "bad.yaml").write_text("rvjax: 1\n")
+    monkeypatch.undo()
+    code, *_ = rvjax("check", tmp_path / "bad.yaml", "--junit-xml", report)
+    assert "samples: missing" in report.read_text()
+
+
+def test_the_worst_sample_of_a_requirement(made: Callable[..., Path], tmp_path: Path) -> None:
+    """By pandas, over four chunks. Kills: the report's order for every requirement, the best for the worst, the worst of
+    the last chunk only, a class that is not kept to."""
+    folder = RunFolder.open(made(tmp_path / "run", 900, (0.97, 0.02, 0.01), kept=0))
+    assert len(folder.chunks) == 4
+    frame = folder.samples().frame.set_index("sample")
+    lost = frame.index[frame["outcome"] == "not_finite"]
+    mass, fuel = frame["draw.pursuer.mass_kg"], frame["metric.delta_v_m_s"]
+
+    def worst(where: Mapping[str, float], **said: object) -> int | None:
+        given = {"metric": "delta_v_m_s", "where": {"pursuer.mass_kg": where}, **said}
+        return worst_sample(folder, Requirement(**given))  # pyright: ignore
+
+    edges = sorted([*mass[lost], 0.0, 1e3])
+    low, high = max(itertools.pairwise(edges), key=lambda pair: ((mass > pair[0]) & (mass < pair[1])).sum())
+    sound = {"at_least": low + 1e-9, "below": high}
+    kept = fuel[(mass > low) & (mass < high)]
+    assert len(kept) > 100
+    assert {int(kept.idxmax()) // 256, int(kept.idxmin()) // 256}.isdisjoint({3})
+    assert worst(sound, below=1.0, at_least=0.5) == kept.idxmax()
+    assert worst(sound, above=1.0, at_least=0.5) == kept.idxmin()
+    assert worst(sound, above=1.0, at_most=0.5) == kept.idxmax()
+    assert worst({"at_least": 0.0}, above=1.0, at_least=0.5) == lost[0]
+    assert worst({"at_least": 1e6}, below=1.0, at_least=0.5) is None
+    assert (
+        worst_sample(folder, Requirement(metric="captured", at_least=0.9))
+        == worst_first(frame.reset_index(), folder.columns())[0]
+    )

@@ -14,8 +14,8 @@ from markdown_it import MarkdownIt
 from rvjax.basis import Independent
 from rvjax.check import Verdict, judge_all
 from rvjax.ci import github
-from rvjax.ci.junit import junit
-from rvjax.errors import Finding
+from rvjax.ci.junit import junit, of_verdicts
+from rvjax.errors import Finding, visible
 from rvjax.spec import Requirement
 from tests.program import Run
 from tests.reliability.texts import texts
@@ -68,7 +68,7 @@ def check_junit(data: bytes) -> ElementTree.Element:
 
 def test_junit_has_a_case_for_each_requirement() -> None:
     """Kills: FAIL and UNDECIDED alike, counts that do not add up, a case that is left out."""
-    root = check_junit(junit("docking", verdicts(["a", "b", "c"]), "look here"))
+    root = check_junit(junit("docking", of_verdicts(verdicts(["a", "b", "c"]), ["", "look here", ""])))
     kinds = [[part.tag for part in case if part.tag in ("failure", "error")] for case in root[0]]
     assert kinds == [[], ["failure"], ["error"]]
     assert "look here" in (root[0][1][1].text or "")
@@ -79,11 +79,12 @@ def test_hostile_texts_are_text_everywhere() -> None:
     """Kills: XML that cannot be read, a line end that begins another command, a mark that acts in the summary."""
     names = [text for text in texts() if text.strip()][:120]
     found = verdicts(names)
-    root = check_junit(junit("x <&> \x1b]", found))
+    root = check_junit(junit("x <&> \x1b]", of_verdicts(found)))
     assert len(root[0]) == len(names)
     for name, case in zip(names, root[0], strict=True):
-        if not NOT_XML.search(name) and not re.search(r"[\r\n\t]", name):
-            assert (case.get("name") or "").endswith(name)
+        assert visible(case.get("name") or "") == case.get("name")
+        if not NOT_XML.search(visible(name)):
+            assert (case.get("name") or "").endswith(visible(name))
     lines = github.of_verdicts(found, ["dir/a,b:c.yaml:3:5"] * len(found))
     assert len(lines) == sum(verdict.verdict != "PASS" for verdict in found)
     for line in lines:
