@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.columns import CHANNELS, Column, metric_and_channel
+from rvjax.columns import Column, metric_and_channel
 from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
@@ -98,15 +98,14 @@ def column_of(requirement: Requirement, columns: Sequence[str]) -> str:
     if metric == "captured" and channel is None:
         return ""
     start = f"metric.{metric}"
-    channels = [one for one in (*CHANNELS, ANY) if f"{start}.{one}" in columns]
+    known = [metric_and_channel(one.removeprefix("metric.")) for one in columns if one.startswith("metric.")]
+    channels = [own for metric_name, own in known if metric_name == metric and own]
     if channel is None and start in columns:
         return start
     if (channel or ANY) in channels:
         return f"{start}.{channel or ANY}"
     if start not in columns and not channels:
-        metrics = sorted(
-            {"captured", *(metric_and_channel(one.removeprefix("metric."))[0] for one in columns if one.startswith("metric."))}
-        )
+        metrics = sorted({"captured", *(metric_name for metric_name, _ in known)})
         raise UsageError(f"{name(requirement)}: metric {metric!r} is not in the table; accepted: {', '.join(metrics)}")
     accepted = ", ".join(channels) or "none, it has one value for all"
     raise UsageError(f"{name(requirement)}: {metric} has no channel {channel or ANY!r}; accepted: {accepted}")

@@ -7,6 +7,7 @@ of the chunks that it was made from.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -46,7 +47,8 @@ class Extract:
         whole = pa.concat_tables([self._parts[number] for number in sorted(self._parts)]).unify_dictionaries().combine_chunks()
         whole = whole.replace_schema_metadata({_CHUNKS: digest(chunks).encode()})
         sink = pa.BufferOutputStream()
-        pq.write_table(whole, sink, compression="zstd", use_dictionary=["outcome"], write_page_checksum=True)
+        dictionary: Any = ["outcome"]
+        pq.write_table(whole, sink, compression="zstd", use_dictionary=dictionary, write_page_checksum=True)
         return sink.getvalue().to_pybytes()
 
 

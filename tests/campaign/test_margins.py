@@ -98,7 +98,9 @@ def test_a_margin_has_no_channels_whatever_it_is_called() -> None:
 def test_a_margin_is_judged_by_its_own_column() -> None:
     """A flight that ended not finite is a failure. Kills: the first margin for any, NaN as a success, 0 as one."""
     values = {"a": [1.0] * 8, "any": [1.0, 2.0, np.inf, 0.0, -1.0, np.nan, 3.0, -np.inf]}
-    frame = pd.DataFrame({f"metric.margin.{name}": own for name, own in values.items()} | {"outcome": "captured"})
+    frame = pd.DataFrame(
+        {f"metric.margin.{name}": own for name, own in values.items()} | {"outcome": "captured", "sample": range(8)}
+    )
     frame.loc[5, "outcome"] = "not_finite"
     verdict = check.judge(Requirement(metric="margin.any", above=0, at_least=0.5), frame, Independent())
     assert (verdict.successes, verdict.n) == (4, 8)
@@ -138,7 +140,7 @@ def test_the_meaning_of_a_margin_is_the_formula_in_words() -> None:
 def test_editors_and_the_manual_know_margins() -> None:
     """Every reference in the schema leads somewhere. Kills: a section that is missing in either."""
     schema = campaign_schema()
-    assert schema["properties"]["margins"]["additionalProperties"] == {"$ref": "#/$defs/Formula"}
+    assert schema["properties"]["margins"]["additionalProperties"] == {"$ref": "#/$defs/Margin"}
     assert set(re.findall(r'"#/\$defs/([^"]+)"', json.dumps(schema))) <= set(schema["$defs"])
     temporal = {next(iter(one["properties"])) for one in schema["$defs"]["Formula"]["oneOf"]}
     assert temporal == {"always", "eventually", "until_settled", "until", "all", "any", "not"}

@@ -46,8 +46,10 @@ def campaign(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_commands_at_the_top(tmp_path: Path) -> None:
-    """Kills: an option that is spelt otherwise on the page than in the program."""
+def test_commands_at_the_top(tmp_path: Path, full: bool) -> None:
+    """Kills: an option that is spelt otherwise on the page than in the program. (test_executors flies both ways as well.)"""
+    if not full:
+        pytest.skip("half a minute; with --long")
     install, *commands = block("sh", "pip install").splitlines()
     assert shlex.split(install, comments=True) == ["pip", "install", "rvjax[dask]"]
     assert len(commands) == 2

@@ -112,12 +112,13 @@ def test_devices_share_the_chunks_and_change_no_bit(tmp_path: Path) -> None:
         "run",
         str(CAMPAIGN),
         "--quiet",
-        *(part for one in (*SHORT, f"samples={LANES + 28}") for part in ("--set", one)),
+        *(part for one in (*SHORT, f"samples={LANES + 28}", "keep={worst: 0}") for part in ("--set", one)),
     ]
     for devices in (1, 2):
         own = [*words, "--out", str(tmp_path / str(devices))]
         look = (
             f"import jax, sys; jax.config.update('jax_num_cpu_devices', {devices}); sys.argv = {own!r}\n"
+            "from rvjax import sections; sections.SECTIONS = ()\n"
             "from rvjax import batch; fly, used = batch.Flyer.fly, set()\n"
             "def seen(*given, **more):\n    used.add(more.get('device'))\n    return fly(*given, **more)\n"
             "batch.Flyer.fly = seen\n"
