@@ -2,21 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import pytest
 
-from benchmarks.alarms import CAMPAIGNS, GAINS, WEAKENED, complying, flown, misses, worse_than
+from benchmarks.alarms import (
+    CAMPAIGNS,
+    GAINS,
+    OBSERVER_GAINS,
+    WATCHED,
+    WEAKENED,
+    complying,
+    flown,
+    misses,
+    most_surely,
+    worse_than,
+)
 from rvjax.spec import load
 from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper
 
-DOCKING = CAMPAIGNS / "docking.yaml"
+DOCKING, MEASURED = CAMPAIGNS / "docking.yaml", CAMPAIGNS / "measured.yaml"
 
 
-def test_the_table_of_gains_has_the_defaults() -> None:
-    """Kills: a weakened controller that is none, since a default has changed."""
+@pytest.mark.parametrize(("campaign", "gains"), [(DOCKING, GAINS), (MEASURED, OBSERVER_GAINS)], ids=["docking", "measured"])
+def test_the_table_of_gains_has_the_defaults(campaign: Path, gains: Mapping[str, float]) -> None:
+    """Kills: a weakened controller that is none, since a default has changed; a gain that is forgotten."""
     from rvjax.campaign import load as resolve
 
-    problem = resolve(DOCKING)
-    assert {name: problem.controller.quantities[f"gains.{name}"].parts[0].value for name in GAINS} == GAINS  # pyright: ignore
+    quantities = resolve(campaign).controller.quantities
+    assert {name: quantities[f"gains.{name}"].parts[0].value for name in gains} == gains  # pyright: ignore
 
 
 def test_weakened_gains_are_caught_and_sound_ones_are_not(request: pytest.FixtureRequest) -> None:
@@ -38,13 +53,15 @@ def test_weakened_gains_are_caught_and_sound_ones_are_not(request: pytest.Fixtur
     assert worse_than(sound, sound) == []
 
 
-@pytest.mark.parametrize("name", [name for name, (_, flipped) in WEAKENED.items() if flipped or "off" in name])
-def test_flipped_signs_are_caught(name: str, request: pytest.FixtureRequest) -> None:
-    """By a requirement, or on common draws. Kills: a CI that a sign error passes."""
+@pytest.mark.parametrize(
+    ("campaign", "name"),
+    [(campaign, name) for campaign, weak in WATCHED.items() for name, (_, flipped) in weak.items() if flipped or "off" in name],
+)
+def test_what_is_broken_is_caught(campaign: str, name: str, request: pytest.FixtureRequest) -> None:
+    """A sign, an estimate that is off: by a requirement, or on common draws. Kills: a CI that a sign error passes."""
     if not request.config.getoption("--acceptance"):
         pytest.skip("a compilation each; with --acceptance")
-    own = load(DOCKING)
-    weak = flown(DOCKING, own.samples, *WEAKENED[name])[1]
-    counted = [(requirement, *complying(requirement, weak)) for requirement in own.require]
-    caught = [misses(one, own.samples, clopper_pearson_upper(k, n, 0.999)) for one, k, n in counted]
-    assert max(caught) > 0.99 or worse_than(flown(DOCKING, own.samples)[1], weak)
+    path = CAMPAIGNS / f"{campaign}.yaml"
+    own = load(path)
+    weak = flown(path, 416, *WATCHED[campaign][name])[1]
+    assert most_surely(own, weak)[0] > 0.99 or worse_than(flown(path, 416)[1], weak)
