@@ -32,7 +32,7 @@ from rvjax.stats.means import (
     empirical_bernstein_upper,
     mean_interval,
 )
-from rvjax.stats.paired import Pairs, log_e_paired, mcnemar, newcombe, noninferiority, pairs_of, quantile_difference, tango
+from rvjax.stats.paired import Pairs, log_e_paired, mcnemar, newcombe, noninferiority, pairs_of, tango
 from rvjax.stats.quantiles import (
     Interval,
     dkw_band,
@@ -80,7 +80,6 @@ __all__ = [
     "newcombe",
     "noninferiority",
     "pairs_of",
-    "quantile_difference",
     "quantile_interval",
     "quantile_rank",
     "quantile_shift",

@@ -19,8 +19,6 @@ from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.stats._lattice import binomial_cdf, check_share, whole
 from rvjax.stats.binomial import Estimate, wilson
-from rvjax.stats.means import AT_ONCE, RESAMPLES
-from rvjax.stats.quantiles import quantile_rank
 
 Better = Literal["either", "a", "b"]
 """Which design the alternative says is better."""
@@ -138,47 +136,6 @@ def noninferiority(pairs: Pairs, margin: float) -> float:
     check_share("margin", margin)
     _, f, g, _ = _checked(pairs)
     return float(special.ndtr(-_score(f, g, pairs.n, -margin))) if pairs.n else 1.0
-
-
-def quantile_difference(
-    a: ArrayLike,
-    b: ArrayLike,
-    q: float,
-    confidence: float = 0.95,
-    *,
-    rng: np.random.Generator,
-    resamples: int = RESAMPLES,
-) -> Estimate:
-    """The q-quantile of a minus that of b, with the percentiles of what it is when pairs are drawn anew: approximate.
-
-    `a`, `b`: one value per draw, in the same order and unit. What is not finite counts as +inf, the worst; where both
-    quantiles are infinite the difference is NaN, and counts as -inf for the lower and +inf for the upper end.
-    Without pairs (-inf, inf). ValueError unless a and b have the same size. Source: B. Efron, Ann. Stat. 7 (1979) 1.
-    """
-    check_share("q", q)
-    check_share("confidence", confidence)
-    both = [np.asarray(side, dtype=float).ravel() for side in (a, b)]
-    n, method = both[0].size, f"paired percentile bootstrap, approximate, {resamples} resamples"
-    if both[1].size != n:
-        raise ValueError(f"a and b must be pairs; found {n} and {both[1].size} values")
-    if not n:
-        return Estimate(math.nan, -math.inf, math.inf, 0, confidence, method)
-    values, rank = [np.where(np.isfinite(side), side, math.inf) for side in both], quantile_rank(n, q)
-    value = float(_difference(*(np.partition(side, rank)[rank] for side in values)))
-    found: list[NDArray[np.float64]] = []
-    for start in range(0, resamples, batch := max(1, AT_ONCE // n)):
-        drawn = rng.integers(n, size=(min(batch, resamples - start), n))
-        found.append(_difference(*(np.partition(side[drawn], rank, axis=-1)[:, rank] for side in values)))
-    differences = np.concatenate(found)
-    tail = max(0, math.floor((resamples + 1) * (1 - confidence) / 2 + 1e-9) - 1)  # 1e-9 forgives rounding
-    low = np.sort(np.where(np.isnan(differences), -math.inf, differences))[tail]
-    high = np.sort(np.where(np.isnan(differences), math.inf, differences))[-1 - tail]
-    return Estimate(value, float(low), float(high), n, confidence, method)
-
-
-def _difference(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    with np.errstate(invalid="ignore"):
-        return a - b
 
 
 def _score(f: int, g: int, n: int, t: float) -> float:
