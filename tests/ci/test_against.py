@@ -206,11 +206,12 @@ def test_what_cannot_be_compared_is_an_error_in_every_output(
     assert "samples: missing" in report.read_text()
 
 
-def test_the_worst_sample_of_a_requirement(made: Callable[..., Path], tmp_path: Path) -> None:
+def test_the_worst_sample_of_a_requirement(made: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By pandas, over four chunks. Kills: the report's order for every requirement, the best for the worst, the worst of
     the last chunk only, a class that is not kept to."""
     folder = RunFolder.open(made(tmp_path / "run", 900, (0.97, 0.02, 0.01), kept=0))
     assert len(folder.chunks) == 4
+    monkeypatch.setattr("rvjax.results.manifest.TOGETHER", 1)
     frame = folder.samples().frame.set_index("sample")
     lost = frame.index[frame["outcome"] == "not_finite"]
     mass, fuel = frame["draw.pursuer.mass_kg"], frame["metric.delta_v_m_s"]
