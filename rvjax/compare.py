@@ -10,8 +10,9 @@ Of n pairs of samples, b succeed with A alone and c with B alone; only these tel
 
 and UNDECIDED otherwise. All comparisons pass wrongly with the probability that one of them does, so PASS needs no correction; to
 say which of several fail does. McNemar's test is exact. The score test is approximate; where no sample succeeds with B alone,
-PASS also takes the exact bound of P(only A succeeds) <= margin, so that "no difference seen" passes from the number of samples on
-that an all-success verdict takes. A sample that is not finite is a failure, and has the worst value of every metric.
+PASS also takes the exact bound of P(only A succeeds) <= margin, and FAIL that of >= margin. So "no difference seen" passes from
+the number of samples on that an all-success verdict takes. A sample that is not finite is a failure, and has the worst value of
+every metric.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax import stats
 from rvjax.basis import Independent
@@ -257,7 +259,7 @@ def _changes(names: Sequence[str], paired: Paired, margin: float, confidence: fl
     pairs = [stats.pairs_of(a, b) for a, b in zip(paired.a.success, paired.b.success, strict=True)]
     exact = [float(stats.mcnemar(one.only_a, one.only_b)) for one in pairs]
     adjusted = stats.holm(exact)
-    worse = stats.holm([1 - _p_not_worse(one, margin) for one in pairs]) if margin else adjusted
+    worse = stats.holm([_p_worse(one, margin) for one in pairs]) if margin else adjusted
     numbers = zip(names, pairs, exact, adjusted.tolist(), worse.tolist(), strict=True)
     return tuple(_change(*each, margin, confidence) for each in numbers)
 
@@ -303,6 +305,15 @@ def _p_not_worse(pairs: Pairs, margin: float) -> float:
     return stats.noninferiority(_turned(pairs), margin)
 
 
+def _p_worse(pairs: Pairs, margin: float) -> float:
+    """p-value of "P(B succeeds) > P(A succeeds) - margin"; where no sample succeeds with B alone at least the exact one of
+    "P(only A succeeds) <= margin", P(X >= only A) with X ~ Bin(n, margin)."""
+    p = 1.0 - _p_not_worse(pairs, margin)
+    if pairs.only_b or not pairs.only_a:
+        return p
+    return max(p, float(special.betainc(pairs.only_a, pairs.n - pairs.only_a + 1, margin)))
+
+
 def _not_worse(pairs: Pairs, margin: float, confidence: float) -> bool:
     """Whether B is shown not to be worse by more than the margin."""
     if not pairs.only_b and stats.clopper_pearson_upper(pairs.only_a, pairs.n, confidence) > margin:
@@ -317,7 +328,7 @@ def _more(pairs: Pairs, margin: float, confidence: float) -> int | None:
         grown = Pairs(*(round(cell * n / pairs.n) for cell in pairs))
         if not margin:
             return float(stats.mcnemar(grown.only_a, grown.only_b)) <= 1 - confidence
-        return _not_worse(grown, margin, confidence) or 1 - _p_not_worse(grown, margin) <= 1 - confidence
+        return _not_worse(grown, margin, confidence) or _p_worse(grown, margin) <= 1 - confidence
 
     low, high = pairs.n, 2 * pairs.n
     while not decided(high):

@@ -90,6 +90,18 @@ def test_a_margin_is_missed_as_seldom_as_promised() -> None:
     assert wrong <= 0.06  # 0.048; the score test is approximate
 
 
+def test_fail_is_as_rare_where_b_alone_never_succeeds() -> None:
+    """P(FAIL) at a difference of just the margin, 300 pairs of which 1 % comply with A alone, none with B alone, where the score
+    test by itself is wrong too often. Kills: FAIL without the exact bound."""
+    from rvjax.compare import _p_worse
+    from rvjax.stats import Pairs
+
+    n, margin = 300, 0.01
+    chances = [stats.binom.pmf(k, n, margin) for k in range(40)]
+    wrong = sum(p for k, p in enumerate(chances) if _p_worse(Pairs(n - k, k, 0, 0), margin) <= 0.05)
+    assert 0.01 < wrong <= 0.05
+
+
 def test_other_draws_and_other_sizes_are_refused(before: Path, tmp_path: Path, made: Callable[..., Path]) -> None:
     """Kills: comparing samples that have nothing to do with each other."""
     run = after(before, tmp_path / "run", lambda frame: {"draw.pursuer.mass_kg": np.nextafter(frame["draw.pursuer.mass_kg"], 0)})
