@@ -211,7 +211,7 @@ def test_the_worst_sample_of_a_requirement(made: Callable[..., Path], tmp_path: 
     the last chunk only, a class that is not kept to."""
     folder = RunFolder.open(made(tmp_path / "run", 900, (0.97, 0.02, 0.01), kept=0))
     assert len(folder.chunks) == 4
-    monkeypatch.setattr("rvjax.results.manifest.TOGETHER", 1)
+    monkeypatch.setattr("rvjax.results.folder.neighbours", lambda chunks: ([one] for one in chunks))
     frame = folder.samples().frame.set_index("sample")
     lost = frame.index[frame["outcome"] == "not_finite"]
     mass, fuel = frame["draw.pursuer.mass_kg"], frame["metric.delta_v_m_s"]
