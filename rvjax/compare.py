@@ -17,10 +17,10 @@ every metric.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
@@ -31,11 +31,10 @@ from rvjax.check.folders import campaign_of
 from rvjax.check.words import success_of
 from rvjax.columns import Column
 from rvjax.errors import UsageError
-from rvjax.pairing import Paired, folder_of, pair
+from rvjax.pairing import Paired, flat, folder_of, pair, said
 from rvjax.results import BASELINES, OUTCOMES
 from rvjax.samplers import basis_of
 from rvjax.spec import Requirement, Spec
-from rvjax.spec.values import is_list, is_mapping
 from rvjax.stats import Estimate, Pairs
 from rvjax.totals import worst_first
 
@@ -233,23 +232,10 @@ def _wanted(
 
 def _differing(a: Spec, b: Spec) -> tuple[str, ...]:
     """What the campaigns say differently, one line each."""
-    first, second = (dict(_flat(spec.source.value, "")) for spec in (a, b))
+    first, second = (dict(flat(spec.source.value, "")) for spec in (a, b))
     keys = [key for key in dict.fromkeys([*first, *second]) if first.get(key) != second.get(key)]
     shown = [key for key in keys if key.split(".")[0] not in _ASIDE]
-    return tuple(f"{key}: A has {_said(first, key)}, B has {_said(second, key)}" for key in shown)
-
-
-def _flat(value: Any, place: str) -> Iterator[tuple[str, Any]]:
-    """Every plain value of a campaign by its place."""
-    if is_mapping(value) or is_list(value):
-        for key, part in value.items() if is_mapping(value) else enumerate(value):
-            yield from _flat(part, f"{place}.{key}".lstrip("."))
-    else:
-        yield place, value
-
-
-def _said(values: Mapping[str, Any], key: str) -> str:
-    return f"{values[key]}" if key in values else "nothing"
+    return tuple(f"{key}: A has {said(first, key)}, B has {said(second, key)}" for key in shown)
 
 
 # --- shares -----------------------------------------------------------------------------------------------------------

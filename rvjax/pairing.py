@@ -8,7 +8,7 @@ only what a comparison looks at is kept: about 100 bytes a pair.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from rvjax.columns import Column
 from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.results import OUTCOMES, RunFolder
 from rvjax.spec import Requirement
+from rvjax.spec.values import is_list, is_mapping
 from rvjax.totals import Ledger, metric, worst_value
 
 BLOCK = 16_384
@@ -207,3 +208,17 @@ def folder_of(path: Path) -> RunFolder:
     if not path.exists():
         raise UsageError(f"{path}: no such folder; accepted: a run folder, as `rvjax run` makes it")
     return RunFolder.open(path)
+
+
+def flat(value: Any, place: str) -> Iterator[tuple[str, Any]]:
+    """Every plain value of a campaign by its place."""
+    if is_mapping(value) or is_list(value):
+        for key, part in value.items() if is_mapping(value) else enumerate(value):
+            yield from flat(part, f"{place}.{key}".lstrip("."))
+    else:
+        yield place, value
+
+
+def said(values: Mapping[str, Any], key: str) -> str:
+    """A value of a campaign, or that it says nothing there."""
+    return f"{values[key]}" if key in values else "nothing"
