@@ -28,7 +28,7 @@ from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 from rvjax import stats
 from rvjax.basis import Independent
 from rvjax.check.folders import campaign_of
-from rvjax.check.words import success_of
+from rvjax.check.words import MANY, success_of
 from rvjax.columns import Column
 from rvjax.errors import UsageError
 from rvjax.pairing import Paired, flat, folder_of, pair, said
@@ -43,9 +43,6 @@ QUANTILES = (("settling_time_s", 0.95), ("delta_v_m_s", 0.5), ("window_position_
 
 SEED = 20181
 """Of the bootstrap: the same folders always give the same intervals."""
-
-MANY = 10**9
-"""More samples than this are not suggested."""
 
 Word = Literal["better", "worse", "no difference shown"]
 

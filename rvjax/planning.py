@@ -89,7 +89,7 @@ def plan(
     """The plan of a requirement on a share. limit: required. trues: shares that may be true, above it; by default three of them.
     expected: of an SPRT, which is shown where it is given. UsageError names every number that is none."""
     _check(limit, confidence, trues, power, expected)
-    shown = tuple(trues) or tuple(1.0 - part * (1.0 - limit) for part in PARTS)
+    shown = _shown(limit, trues)
     fixed = tuple(_fixed(limit, confidence, k, shown) for k in FAILURES)
     running = [
         _running("sequential", e_boundary(schedule(budget, every), limit, 1 - confidence), p, every, budget) for p in shown
@@ -103,7 +103,7 @@ def plan(
 def of_requirement(requirement: Requirement, samples: int, trues: Sequence[float], every: int) -> tuple[Running, ...]:
     """What comes of a requirement of a campaign with its own method and number of samples, at shares that may be true."""
     limit, confidence = requirement.limit, requirement.confidence
-    shown = tuple(trues) or tuple(1.0 - part * (1.0 - limit) for part in PARTS)
+    shown = _shown(limit, trues)
     if requirement.mean:
         raise UsageError(f"{title(requirement)}: what comes of a mean depends on its law; accepted: requirements on shares")
     if requirement.method == "fixed":
@@ -115,6 +115,11 @@ def of_requirement(requirement: Requirement, samples: int, trues: Sequence[float
     else:
         boundary = sprt_boundary(looks, limit, requirement.design, 1 - confidence, 1 - requirement.strength)
     return tuple(_running(requirement.method, boundary, p, every, samples) for p in shown)
+
+
+def _shown(limit: float, trues: Sequence[float]) -> tuple[float, ...]:
+    """The true shares to show everything for."""
+    return tuple(trues) or tuple(1.0 - part * (1.0 - limit) for part in PARTS)
 
 
 def _fixed(limit: float, confidence: float, failures: int, trues: Sequence[float]) -> Fixed:

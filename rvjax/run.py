@@ -93,15 +93,15 @@ def _run(
     mine = identity(problem)
     spec = problem.spec
     place = Path(out) if out is not None else Path("reports") / spec.name / short(mine)
-    there = (place / MANIFEST).exists()
+    before = RunFolder.open(place) if (place / MANIFEST).exists() else None
     inputs = spec.source.inputs
-    if there:
-        _may_go_on(place, mine, spec)
+    if before is not None:
+        _may_go_on(before, mine, spec)
     early = until_decided and bool(spec.require) and all(one.method != "fixed" for one in spec.require)
-    first = RunFolder.open(place).requested if there else _wave(0)
+    first = _wave(0) if before is None else before.requested
     samples = min(spec.samples, first) if early else spec.samples
     described = (mine, provenance(command, overrides), spec.source.text, samples, spec.name)
-    folder = RunFolder.resume(place, *described, LANES, inputs) if there else RunFolder.create(place, *described, inputs)
+    folder = RunFolder.resume(place, *described, LANES, inputs) if before else RunFolder.create(place, *described, inputs)
     opened(place)
     fold = Fold(spec.require, basis_of(spec), spec.keep)
     with folder:
@@ -139,28 +139,27 @@ def instead(choice: Choice) -> tuple[str, ...]:
     return f"controller={json.dumps(said)}", "baselines=[]"
 
 
-def _may_go_on(place: Path, mine: Mapping[str, Any], spec: Spec) -> None:
+def _may_go_on(folder: RunFolder, mine: Mapping[str, Any], spec: Spec) -> None:
     """UsageError where a folder cannot be gone on with to so many samples, or could not be judged then."""
-    folder = RunFolder.open(place)
     if PLAN in mine:
-        _same_plan(place, mine)
+        _same_plan(folder, mine)
     if spec.samples <= folder.requested or folder.missing(math.ceil(folder.requested / LANES)):
         return
     if any(one.method == "fixed" for one in spec.require) and any(one.method == "fixed" for one in campaign_of(folder).require):
         raise UsageError(
-            f"{place}: judged at {folder.requested} samples, now {spec.samples} are asked for; to look again until it passes is "
-            f"no test by a fixed number of samples. Accepted: --samples {folder.requested}, method: sequential in require, or "
-            "another folder with --out and another --seed"
+            f"{folder.path}: judged at {folder.requested} samples, now {spec.samples} are asked for; to look again until it "
+            f"passes is no test by a fixed number of samples. Accepted: --samples {folder.requested}, method: sequential in "
+            "require, or another folder with --out and another --seed"
         )
 
 
-def _same_plan(place: Path, mine: Mapping[str, Any]) -> None:
+def _same_plan(folder: RunFolder, mine: Mapping[str, Any]) -> None:
     """UsageError where the folder's samples are a plan of another number of them."""
-    theirs, ours = (identity.get(PLAN, {}) for identity in (RunFolder.open(place).identity, mine))
+    theirs, ours = (identity.get(PLAN, {}) for identity in (folder.identity, mine))
     if theirs and ours and theirs["use"] == ours["use"] and theirs["samples"] != ours["samples"]:
         raise UsageError(
-            f"{place}: {theirs['samples']} samples of {theirs['use']}, now {ours['samples']}: a plan cannot be extended or cut, "
-            f"another number of samples is another plan; go on with --samples {theirs['samples']}, or choose another folder "
+            f"{folder.path}: {theirs['samples']} samples of {theirs['use']}, now {ours['samples']}: a plan cannot be extended or "
+            f"cut, another number of samples is another plan; go on with --samples {theirs['samples']}, or choose another folder "
             "with --out"
         )
 

@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 
     from rvjax.spec import Requirement
 
-MANY = 10**9
-"""More samples than this are not suggested."""
-
 ANYTIME = "e-process, each bound one-sided, whenever one stops"
 
 
@@ -154,7 +151,7 @@ class ShareTally:
 
 
 def fixed_more(estimate: Estimate, limit: float) -> int | None:
-    """How many samples more would decide if the share of successes stayed as it is; None above `MANY`."""
+    """How many samples more would decide if the share of successes stayed as it is; None above `words.MANY`."""
     share, n = estimate.value, estimate.n
     if not n:
         return wilks_smallest_n(limit, estimate.confidence)
@@ -180,8 +177,8 @@ def sequential_more(requirement: Requirement, n: int, failures: int) -> int | No
 
 
 def _first(holds: Callable[[int], bool]) -> int | None:
-    more = bisect_left(range(MANY), True, key=holds)
-    return more if more < MANY else None
+    more = bisect_left(range(words.MANY), True, key=holds)
+    return more if more < words.MANY else None
 
 
 def anytime(n: int, failures: int, confidence: float) -> Estimate:

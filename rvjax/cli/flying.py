@@ -177,17 +177,19 @@ def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: O
         f"{account.requested} samples: " + ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in counts.items())
     )
     output.verdicts(verdicts)
-    if sentence := basis_of(campaign_of(RunFolder.open(folder))).sentence:
+    opened = RunFolder.open(folder)
+    campaign = campaign_of(opened)
+    if sentence := basis_of(campaign).sentence:
         output.text(sentence)
     output.text(f"report: {folder / 'report.html'}")
-    worst = tell.worst(folder, verdicts, output)
+    worst = tell.worst(opened, verdicts, output)
     compared: Sequence[Comparison] = ()
     try:
         compared = tell.compare(folder, output)
     except RvjaxError as error:
-        tell.tell(folder, verdicts, worst, (), output, file, str(error))
+        tell.tell(opened, campaign.name, verdicts, worst, (), output, file, str(error))
         raise
-    tell.tell(folder, verdicts, worst, compared, output, file)
+    tell.tell(opened, campaign.name, verdicts, worst, compared, output, file)
     code = 1 if any(one.significant for one in compared) else exit_code(verdicts)
     told = [one | {"worst_sample": sample} for one, sample in zip(verdict_documents(verdicts), worst, strict=True)]
     document = {"folder": str(folder), "account": vars(account), "verdicts": told, "exit_code": code}

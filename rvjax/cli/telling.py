@@ -15,6 +15,7 @@ from rvjax.errors import RvjaxError, UsageError
 if TYPE_CHECKING:
     from rvjax.against import Comparison
     from rvjax.check import Verdict
+    from rvjax.results import RunFolder
 
 
 @dataclass(frozen=True)
@@ -53,15 +54,13 @@ class Tell:
             self._junit(name, (), (), (), str(error))
             raise
 
-    def worst(self, folder: Path, verdicts: Sequence[Verdict], output: Output) -> list[int | None]:
+    def worst(self, folder: RunFolder, verdicts: Sequence[Verdict], output: Output) -> list[int | None]:
         """Of each requirement that does not pass the sample to look at first, where somebody is told."""
         if self.junit_xml is None and not output.as_json:
             return [None] * len(verdicts)
         from rvjax.ci.worst import worst_sample
-        from rvjax.results import RunFolder
 
-        opened = RunFolder.open(folder)
-        return [None if one.verdict == "PASS" else worst_sample(opened, one.requirement) for one in verdicts]
+        return [None if one.verdict == "PASS" else worst_sample(folder, one.requirement) for one in verdicts]
 
     def compare(self, folder: Path, output: Output) -> Sequence[Comparison]:
         """The run against the baseline, where one is given; then the baseline that it makes itself."""
@@ -83,7 +82,8 @@ class Tell:
 
     def tell(
         self,
-        folder: Path,
+        folder: RunFolder,
+        name: str,
         verdicts: Sequence[Verdict],
         worst: Sequence[int | None],
         compared: Sequence[Comparison],
@@ -91,24 +91,21 @@ class Tell:
         file: Path,
         error: str = "",
     ) -> None:
-        """JUnit XML where it is asked for; annotations and a summary where GitHub actions run this. error: why nothing could be
-        compared."""
+        """JUnit XML where it is asked for; annotations and a summary where GitHub actions run this. name: of the campaign. error:
+        why nothing could be compared."""
         from rvjax.ci import github
 
         if self.junit_xml is None and not github.active():
             return
-        from rvjax.check import campaign_of
-        from rvjax.results import RunFolder
         from rvjax.spec.source import read
 
-        campaign = campaign_of(RunFolder.open(folder))
-        self._junit(campaign.name, verdicts, [_advice(folder, sample) for sample in worst], compared, error)
+        self._junit(name, verdicts, [_advice(folder.path, sample) for sample in worst], compared, error)
         if github.active():
             source = read(file)
             output.annotate(github.of_verdicts(verdicts, [source.where(("require", n)) for n in range(len(verdicts))]))
             output.annotate(github.of_comparisons(compared, str(self.against), source.where(("controller",), key=True)))
             try:
-                github.append_summary(github.summary(campaign.name, verdicts, compared))
+                github.append_summary(github.summary(name, verdicts, compared))
             except OSError as problem:
                 output.note(f"no job summary: {problem}")
 

@@ -276,8 +276,7 @@ class RunFolder:
         found = None if data is None else extract.decoded(data, chunks, names)
         if found is None or len(list(neighbours(chunks, len(chunks)))) != 1:
             return []
-        with ThreadPoolExecutor(files.cores()) as threads:
-            list(threads.map(self._store.verified, chunks))
+        self._store.verify(chunks)
         return [(chunks[0].number, *found)]
 
     def sift(self, chunks: Iterable[int]) -> Iterator[tuple[int, pd.DataFrame, dict[str, Column]]]:

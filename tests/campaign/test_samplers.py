@@ -313,5 +313,5 @@ def test_a_plan_is_of_a_number_of_samples(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     RunFolder.create(folder, one, {}, "rvjax: 1\n", 40, "plan").close()
     with pytest.raises(UsageError, match="40 samples of latin-hypercube, now 80: a plan cannot be extended"):
-        _same_plan(folder, other)
-    _same_plan(folder, one)
+        _same_plan(RunFolder.open(folder), other)
+    _same_plan(RunFolder.open(folder), one)

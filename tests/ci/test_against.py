@@ -22,16 +22,9 @@ from rvjax.errors import UsageError
 from rvjax.results import RunFolder
 from rvjax.spec import Requirement
 from rvjax.totals import worst_first
+from tests.ci.altered import after
 from tests.program import Run
 from tests.short import CAMPAIGN
-
-Change = Callable[[pd.DataFrame], Mapping[str, object]]
-
-
-@pytest.fixture(scope="module")
-def before(made: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two hundred samples."""
-    return made(tmp_path_factory.mktemp("before") / "run", 200, (0.9, 0.08, 0.02), kept=0)
 
 
 @pytest.fixture(scope="module")
@@ -40,16 +33,6 @@ def baseline(before: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("baseline") / "b.json"
     against.write(before, path)
     return path
-
-
-def after(before: Path, place: Path, change: Change) -> Path:
-    """The same run with other columns."""
-    old = RunFolder.open(before)
-    shutil.rmtree(place, ignore_errors=True)
-    with RunFolder.create(place, old.identity, old.provenance, old.campaign_text(), old.requested, old.name) as folder:
-        for chunk, frame, columns in old.tables():
-            folder.commit(chunk, frame.assign(**change(frame)), columns)
-    return place
 
 
 def found(folder: Path, baseline: Path) -> dict[str, against.Comparison]:

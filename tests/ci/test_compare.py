@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -15,25 +14,8 @@ from scipy import stats
 from rvjax.compare import compare
 from rvjax.errors import UsageError
 from rvjax.results import RunFolder
+from tests.ci.altered import Change, after
 from tests.program import Run
-
-Change = Callable[[pd.DataFrame], Mapping[str, object]]
-
-
-@pytest.fixture(scope="module")
-def before(made: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two hundred samples."""
-    return made(tmp_path_factory.mktemp("before") / "run", 200, (0.9, 0.08, 0.02), kept=0)
-
-
-def after(before: Path, place: Path, change: Change) -> Path:
-    """The same run with other columns."""
-    old = RunFolder.open(before)
-    shutil.rmtree(place, ignore_errors=True)
-    with RunFolder.create(place, old.identity, old.provenance, old.campaign_text(), old.requested, old.name) as folder:
-        for chunk, frame, columns in old.tables():
-            folder.commit(chunk, frame.assign(**change(frame)), columns)
-    return place
 
 
 def lost(before: Path, count: int) -> Change:

@@ -1,0 +1,23 @@
+"""A run folder with other columns than it had."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pandas as pd
+
+from rvjax.results import RunFolder
+
+Change = Callable[[pd.DataFrame], Mapping[str, object]]
+
+
+def after(before: Path, place: Path, change: Change) -> Path:
+    """The same run with other columns."""
+    old = RunFolder.open(before)
+    shutil.rmtree(place, ignore_errors=True)
+    with RunFolder.create(place, old.identity, old.provenance, old.campaign_text(), old.requested, old.name) as folder:
+        for chunk, frame, columns in old.tables():
+            folder.commit(chunk, frame.assign(**change(frame)), columns)
+    return place
