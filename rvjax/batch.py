@@ -156,6 +156,33 @@ class Flyer:
             return self._programs[device]
 
 
+class Tangents:
+    """Flies chunks with the derivative of one metric along a change of the numbers, forward through the whole closed loop:
+
+        m(n),  d/dε m(n + ε ṅ) at ε = 0
+    """
+
+    def __init__(self, loop: Loop, metric: Metric) -> None:
+        evaluate = partial(closed_loop.evaluate, loop)
+        (name,) = metric.columns
+
+        def value(drawn: Drawn, steps: Any) -> Any:
+            carry = flight.advance(evaluate, (metric,), drawn, flight.begin(loop, (metric,), drawn), 0, steps)
+            return flight.finish(evaluate, (metric,), drawn, carry, steps)[0][name]
+
+        def along(drawn: Drawn, tangent: Drawn, steps: Any) -> Any:
+            return jax.jvp(lambda numbers: value(numbers, steps), (drawn,), (tangent,))
+
+        self._along = compiled(along, 0, 0, None)
+
+    def fly(self, drawn: Drawn, tangent: Drawn, steps: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(lanes,) values and their derivatives; host numbers, each of shape (lanes,)."""
+        precision = process.precision()
+        rows = [jax.tree.map(lambda x: np.asarray(x, dtype=precision), side) for side in (drawn, tangent)]
+        values, slopes = self._along(*rows, steps)
+        return np.asarray(values, dtype=np.float64), np.asarray(slopes, dtype=np.float64)
+
+
 def compiled(function: Callable[..., Any], *axes: int | None, donate: tuple[int, ...] = ()) -> Any:
     """A function of one sample as a compiled one of many. axes: 0 for an argument of which every sample has its own, None for one
     that all share. donate: arguments whose memory the results may take."""

@@ -64,7 +64,7 @@ class Problem:
     """loop, metrics: what is compiled. controller, faults, disturbances, navigation: the numbers that their functions get.
 
     margins: the numbers of the temporal margins. dispersions: how the numbers are drawn. fingerprint: SHA-256 of everything that
-    decides the draws and the flights.
+    decides the draws and the flights; structure: of everything that decides which program flies.
     """
 
     spec: Spec
@@ -77,6 +77,7 @@ class Problem:
     margins: tuple[float, ...]
     dispersions: Dispersions
     fingerprint: str
+    structure: str
 
     @property
     def metric_columns(self) -> dict[str, Column]:
@@ -147,6 +148,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         margins=margins,
         dispersions=dispersions,
         fingerprint=spec.fingerprint(parameters),
+        structure=spec.structure(parameters),
     )
 
 
@@ -237,16 +239,25 @@ def _margins(source: Source) -> list[str]:
 
 
 def _unknown_metrics(source: Source, names: Sequence[str]) -> list[Finding]:
-    """Requirements on metrics that no flight gives, or on a channel of a metric that has none."""
-    required = (source.value or {}).get("require")
+    """Requirements and objectives on metrics that no flight gives, or on a channel of a metric that has none."""
     findings: list[Finding] = []
     bare = dict.fromkeys(metric_and_channel(name)[0] for name in names)
-    for index, raw in enumerate(required if is_list(required) else []):
+    for place, raw in _of_metrics(source.value or {}):
         if not is_mapping(raw) or not isinstance(metric := raw.get("metric"), str):
             continue
-        place = ("require", index)
+        channels = [channel for name, channel in map(metric_and_channel, names) if name == metric]
         if metric not in bare:
             findings.append(source.finding((*place, "metric"), f"{describe(metric)} is no metric", did_you_mean(metric, bare)))
-        elif "channel" in raw and (metric, "any") not in map(metric_and_channel, names):
+        elif "channel" in raw and "any" not in channels:
             findings.append(source.finding((*place, "channel"), f"{metric} has no channels", "accepted: none", key=True))
     return findings
+
+
+def _of_metrics(campaign: Mapping[str, Any]) -> Iterator[tuple[Place, Any]]:
+    """What a campaign says of metrics: its requirements, and the objectives of a tuning."""
+    tuning = campaign.get("tune")
+    for place, said in ((("require",), campaign.get("require")), (("tune", "objective"), is_mapping(tuning) and tuning.get("objective"))):
+        if is_mapping(said):
+            yield place, said
+        for index, raw in enumerate(said if is_list(said) else []):
+            yield (*place, index), raw

@@ -46,7 +46,7 @@ SEED = 20181
 
 Word = Literal["better", "worse", "no difference shown"]
 
-_ASIDE = {"name", "description", "samples", "seed", "baselines", "require", "keep", "audit"}
+_ASIDE = {"name", "description", "samples", "seed", "baselines", "require", "keep", "audit", "tune"}
 """Parts of a campaign that no flight of a given sample depends on, or that are compared by themselves."""
 
 

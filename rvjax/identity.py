@@ -7,7 +7,7 @@ import inspect
 import json
 import platform
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -24,8 +24,9 @@ DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 
 NOT_FLYING = (
     *("check", "ci", "cli", "executors", "report", "results", "sections", "stats"),
+    *("searches", "tuning"),
     *("against.py", "audit.py", "basis.py", "compare.py", "cost.py", "doctor.py", "fold.py", "pairing.py", "planning.py"),
-    *("pytest_plugin.py", "readings.py", "requirements.py", "run.py", "sketch.py", "totals.py"),
+    *("pytest_plugin.py", "readings.py", "requirements.py", "run.py", "searched.py", "sketch.py", "totals.py"),
 )
 """Parts of this package that no number of a flight depends on."""
 
@@ -88,10 +89,19 @@ def _foreign(problem: Problem) -> dict[str, str]:
 
 def _code() -> str:
     """SHA-256 over the source of everything that flies."""
+    return _source(lambda name: name not in NOT_FLYING)
+
+
+def source_digest(parts: Collection[str]) -> str:
+    """SHA-256 over the source of some parts of this package."""
+    return _source(lambda name: name in parts)
+
+
+def _source(chosen: Callable[[str], bool]) -> str:
     root = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
         name = path.relative_to(root)
-        if name.parts[0] not in NOT_FLYING:
+        if chosen(name.parts[0]):
             digest.update(str(name).encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

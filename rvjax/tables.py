@@ -6,6 +6,7 @@ Flights ─columns→ Table
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,20 +39,26 @@ def samples_table(problem: Problem, draws: Draws, flown: Flown, rows: slice) -> 
     captured: both tubes held over the closing window. not_finite: a number of the state stopped being finite; its metrics are
     NaN (captured: 0). not_settled: everything else.
     """
-    values = {name: array[rows] for name, array in flown.values.items()}
-    lost = flown.lost_s[rows]
-    finite, captured = np.isinf(lost), values["captured"] > 0.5
-    outcome = np.where(finite, np.where(captured, "captured", "not_settled"), "not_finite")
-    settled = np.maximum(values["settling_time_s"], values["attitude_settling_time_s"])
-    time = np.where(finite, np.where(captured, settled, problem.spec.horizon.duration_s), lost)
-    metrics = {name: np.where(finite, array, 0.0 if name == "captured" else np.nan) for name, array in values.items()}
+    came = outcomes(flown, problem.spec.horizon.duration_s)
     frame = pd.DataFrame(
-        {"sample": draws.samples[rows], "outcome": outcome, OUTCOME_TIME.name: time}
+        {"sample": draws.samples[rows], **{name: came[name][rows] for name in ("outcome", OUTCOME_TIME.name)}}
         | {f"draw.{name}": array[rows] for name, array in draws.values.items()}
-        | {f"metric.{name}": metrics[name] for name in problem.metric_columns}
+        | {f"metric.{name}": came[f"metric.{name}"][rows] for name in problem.metric_columns}
     )
     columns = {OUTCOME_TIME.name: OUTCOME_TIME} | {f"draw.{name}": column for name, column in draws.columns.items()}
     return frame, columns | {f"metric.{name}": column for name, column in problem.metric_columns.items()}
+
+
+def outcomes(flown: Flown, duration_s: float | NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    """The columns of the samples table that are no draws, as in `samples_table`, of every lane."""
+    values, finite = flown.values, np.isinf(flown.lost_s)
+    captured = values["captured"] > 0.5
+    settled = np.maximum(values["settling_time_s"], values["attitude_settling_time_s"])
+    lost = {name: 0.0 if name == "captured" else np.nan for name in values}
+    return {
+        "outcome": np.where(finite, np.where(captured, "captured", "not_settled"), "not_finite"),
+        OUTCOME_TIME.name: np.where(finite, np.where(captured, settled, duration_s), flown.lost_s),
+    } | {f"metric.{name}": np.where(finite, array, lost[name]) for name, array in values.items()}
 
 
 def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np.int64], rows: slice) -> pd.DataFrame:

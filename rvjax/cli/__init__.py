@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rvjax.cli import about, comparing, flying, measuring
+from rvjax.cli import about, comparing, flying, measuring, tuning
 from rvjax.cli.app import main
 
-__all__ = ["about", "comparing", "flying", "main", "measuring"]
+__all__ = ["about", "comparing", "flying", "main", "measuring", "tuning"]

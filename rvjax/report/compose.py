@@ -9,7 +9,8 @@ from typing import Any
 
 import matplotlib
 
-from rvjax.report import html, markdown, picture
+from rvjax import searched
+from rvjax.report import html, markdown, picture, tuning
 from rvjax.results import RunFolder, extract
 from rvjax.sections import sections
 from rvjax.sections.opened import Run, open_run
@@ -26,7 +27,10 @@ def build(folder: str | Path) -> Path:
     FolderError where `folder` is no run folder or is damaged, IncompleteError where nothing is flown yet or the disk is
     full. Values that the samples table lacks are left out with a sentence, never an error.
     """
-    return write(RunFolder.open(folder), open_run(folder))
+    opened = RunFolder.open(folder)
+    if searched.IDENTITY in opened.identity:
+        return tuning.build(opened)
+    return write(opened, open_run(folder))
 
 
 def write(folder: RunFolder, run: Run) -> Path:

@@ -10,7 +10,7 @@ from rvjax.results import files
 
 NAME = "SHA256SUMS"
 
-_MADE = re.compile(r"report\.html|report\.md|summary\.json|judged\.parquet|figures/.+")
+_MADE = re.compile(r"report\.html|report\.md|summary\.json|judged\.parquet|search\.json|candidates\.csv|best\.yaml|figures/.+")
 _LINE = re.compile(r"([0-9a-f]{64})  (\S.*)")
 _ADVICE = "`rvjax report` makes it again"
 

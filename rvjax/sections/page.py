@@ -102,7 +102,10 @@ class Section:
 
 @dataclass(frozen=True)
 class Headline:
-    """The top of the page: the campaign, the verdict in one word and one sentence, and facts as label and cell."""
+    """The top of the page: the campaign, the verdict in one word and one sentence, and facts as label and cell.
+
+    kind: of report; outcomes add up to all that were `whole`.
+    """
 
     name: str
     description: str
@@ -110,6 +113,8 @@ class Headline:
     sentence: str
     facts: tuple[tuple[str, Cell], ...]
     outcomes: tuple[tuple[str, int], ...]
+    kind: str = "Monte-Carlo campaign report"
+    whole: str = "requested"
 
     @property
     def requested(self) -> int:

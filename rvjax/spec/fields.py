@@ -59,10 +59,10 @@ class Model(BaseModel):
         """A name that ends in a unit must say the SI unit of the field, and `key` the same stem."""
         super().__pydantic_init_subclass__(**kwargs)
         for name, info in cls.model_fields.items():
-            declared = _declared(info)
+            known = declared(info)
             (stem, unit), (key_stem, key_unit) = units.split(name), units.split(info.alias or name)
-            if declared and (unit.si, key_unit.si, key_stem) != (declared.unit, declared.unit, stem) and unit is not units.NONE:
-                raise TypeError(f"{cls.__name__}.{name}: name, key and unit disagree ({unit.si}, {key_unit.si}, {declared.unit})")
+            if known and (unit.si, key_unit.si, key_stem) != (known.unit, known.unit, stem) and unit is not units.NONE:
+                raise TypeError(f"{cls.__name__}.{name}: name, key and unit disagree ({unit.si}, {key_unit.si}, {known.unit})")
 
     @model_validator(mode="wrap")
     @classmethod
@@ -234,7 +234,8 @@ def actuators(info: ValidationInfo) -> tuple[str, ...]:
     return context.get("actuators", CHANNELS)
 
 
-def _declared(info: FieldInfo) -> Declared | None:
+def declared(info: FieldInfo) -> Declared | None:
+    """What a field holds, where it is a number or a quantity."""
     return next((item for item in info.metadata if isinstance(item, Declared)), None)
 
 
@@ -254,10 +255,10 @@ def _field(kind: Callable[..., Declared], unit: str, declaration: Declaration, *
     key, default = declaration.get("key"), declaration.get("default", PydanticUndefined)
     limits = Range(**{name: declaration.get(name) for name in ("at_least", "above", "at_most", "below")})
     converted = units.split(key)[1] if key else units.Unit(unit, unit, 1.0, unit)
-    declared = kind(unit, converted.factor, converted.symbol, limits, declaration["doc"], default is None, **more)
+    held = kind(unit, converted.factor, converted.symbol, limits, declaration["doc"], default is None, **more)
     description = declaration["doc"] if unit == "1" else f"{declaration['doc']} [{converted.symbol}]"
     info = cast(FieldInfo, Field(default=default, alias=key, description=description))
-    info.metadata.append(declared)
+    info.metadata.append(held)
     return info
 
 
@@ -317,7 +318,7 @@ def retuned(model: type[M], **defaults: float) -> type[M]:
     for name, default in defaults.items():
         known = model.model_fields[name]
         info = cast(FieldInfo, Field(default=default, alias=known.alias, description=known.description))
-        info.metadata.append(_declared(known))
+        info.metadata.append(declared(known))
         fields[name] = (known.annotation, info)
     return create_model(model.__name__, __base__=model, __module__=model.__module__, **fields)
 

@@ -25,6 +25,7 @@ from rvjax.spec.problem import Problem, refuse
 from rvjax.spec.quantity import Quantity
 from rvjax.spec.requirement import Requirement
 from rvjax.spec.source import Source, read
+from rvjax.spec.tuning import Tuning
 from rvjax.spec.values import Place, describe
 
 EARTH_RADIUS_M = 6378e3
@@ -195,6 +196,8 @@ class Spec(Model):
     keep: Keep = part(default={}, doc="which flights are kept as traces")
     audit: AuditRules = part(default={}, doc="proof before the first flight that every dispersion acts")
 
+    tune: Tuning | None = part(default=None, doc="what `rvjax tune` searches; a flight knows nothing of it")
+
     _source: Source = PrivateAttr(default_factory=lambda: Source(""))
 
     @field_validator("name")
@@ -223,6 +226,17 @@ class Spec(Model):
             refuse(Problem(f"the closing window of {capture.window_s:g} s is too long", accepted, ("window_s",)))
         return capture
 
+    @field_validator("tune")
+    @classmethod
+    def _other_seed(cls, tune: Tuning | None, info: ValidationInfo) -> Tuning | None:
+        """Who confirms on the draws of the search confirms nothing."""
+        if tune is not None and "seed" in info.data:
+            fresh = info.data["seed"] if tune.confirm.seed is None else tune.confirm.seed
+            if fresh == (info.data["seed"] + 1 if tune.seed is None else tune.seed):
+                place = ("confirm", "seed") if tune.confirm.seed is not None else ("seed",)
+                refuse(Problem(f"{fresh} is the seed of the search and of its confirmation", "accepted: two seeds", place))
+        return tune
+
     @property
     def source(self) -> Source:
         """The file this was read from; no part of what a campaign is."""
@@ -241,30 +255,47 @@ class Spec(Model):
 
         parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
         """
-        known = {choice.path: (parameters or {}).get(choice.path, choice.parameters) for choice in self.components}
-        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate", "epistemic"}
+        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate", "epistemic", "tune"}
         parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
-        parts["parameters"] = {".".join(map(str, path)): value for path, value in known.items()}
+        parts["parameters"] = self._said(parameters or {})
         parts["correlate"] = sorted(group.ordered for group in self.correlate)
         parts["epistemic"] = sorted(set(self.epistemic))
-        text = json.dumps(_canonical(parts), sort_keys=True, separators=(",", ":"), allow_nan=False)
-        return hashlib.sha256(text.encode()).hexdigest()
+        return _digest(parts)
+
+    def structure(self, parameters: Mapping[Place, Model]) -> str:
+        """SHA-256 of all that decides which functions fly: campaigns of one structure are flown by one compiled program, whatever
+        their numbers and draws. parameters: as in `fingerprint`."""
+        names = ("precision", "saturation", "faults", "disturbances", "navigation", "controller", "actuators", "margins")
+        parts: dict[str, Any] = {name: getattr(self, name) for name in names}
+        parts |= {"parameters": self._said(parameters), "control_steps": self.horizon.control_steps}
+        return _digest(parts, numbers=False)
+
+    def _said(self, parameters: Mapping[Place, Model]) -> dict[str, Any]:
+        """What every component says, by its place."""
+        return {".".join(map(str, choice.path)): parameters.get(choice.path, choice.parameters) for choice in self.components}
 
 
-def _canonical(value: Any) -> Any:
-    """Plain JSON values in which equal numbers look the same and texts for people are left out."""
+def _digest(parts: Mapping[str, Any], numbers: bool = True) -> str:
+    text = json.dumps(_canonical(parts, numbers), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _canonical(value: Any, numbers: bool) -> Any:
+    """Plain JSON values in which equal numbers look the same and texts for people are left out. numbers: with those of the
+    quantities, which a compiled program gets when it flies."""
     if isinstance(value, Model):
-        return {name: _canonical(getattr(value, name)) for name in type(value).model_fields}
+        return {name: _canonical(getattr(value, name), numbers) for name in type(value).model_fields}
     if isinstance(value, Choice):
         return [value.use, value.name]
     if isinstance(value, Quantity):
-        return _canonical([value.shape, value.parts, value.joint])
+        return _canonical([value.shape, value.parts, value.joint] if numbers else [value.shape, len(value.parts)], numbers)
     if is_dataclass(value):
-        return {type(value).__name__: [_canonical(getattr(value, field.name)) for field in fields(value) if field.compare]}
+        known = [_canonical(getattr(value, field.name), numbers) for field in fields(value) if field.compare]
+        return {type(value).__name__: known}
     if isinstance(value, Mapping):
-        return {str(key): _canonical(item) for key, item in cast("Mapping[Any, Any]", value).items()}
+        return {str(key): _canonical(item, numbers) for key, item in cast("Mapping[Any, Any]", value).items()}
     if isinstance(value, (list, tuple)):
-        return [_canonical(item) for item in cast("Sequence[Any]", value)]
+        return [_canonical(item, numbers) for item in cast("Sequence[Any]", value)]
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 

@@ -24,6 +24,16 @@ def override(source: Source, assignments: Sequence[str]) -> Source:
     return replace(changed, findings=(*source.findings, *findings))
 
 
+def value_at(value: Any, path: str) -> tuple[bool, Any]:
+    """Whether a campaign says something at a place, and what."""
+    for step in path.split("."):
+        key = _key(value, step)
+        if key is None or (is_mapping(value) and step not in value):
+            return False, None
+        value = value[key]
+    return True, value
+
+
 def _assign(source: Source, assignment: str) -> list[Finding]:
     """Make one assignment in place, or say why it cannot be made."""
     label = f"--set {shorten(' '.join(assignment.split()), 100)}"

@@ -4,7 +4,7 @@ Two kinds. Exact at the stated confidence for every number of samples, and so fi
 verdicts built on them (`binomial`), e-processes and the ratio test with Ville's bounds (`sequential`), order statistics and
 the band (`quantiles`), empirical Bernstein (`means`), McNemar's exact test and its e-process (`paired`), Holm (`families`).
 Approximate, for plots and effects, and said so in `Estimate.method` or their text: Wilson, Jeffreys, bootstraps, Newcombe,
-Tango, mid-p, shifts of quantiles (`shifts`). `walk` gives the exact errors of anything that counts failures.
+Tango, mid-p, shifts of quantiles (`shifts`), sensitivity from given data (`given_data`). `walk` gives the exact errors of anything that counts failures.
 """
 
 from rvjax.stats.binomial import (
@@ -23,6 +23,7 @@ from rvjax.stats.binomial import (
     worst_coverage,
 )
 from rvjax.stats.families import holm
+from rvjax.stats.given_data import Explained, explained
 from rvjax.stats.means import (
     RESAMPLES,
     bernstein_bounds,
@@ -52,6 +53,7 @@ __all__ = [
     "Chances",
     "Ends",
     "Estimate",
+    "Explained",
     "Interval",
     "Pairs",
     "Walk",
@@ -67,6 +69,7 @@ __all__ = [
     "empirical_bernstein",
     "empirical_bernstein_lower",
     "empirical_bernstein_upper",
+    "explained",
     "fixed_boundary",
     "holm",
     "jeffreys",

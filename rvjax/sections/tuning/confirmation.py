@@ -1,0 +1,125 @@
+"""Section: what fresh draws say of the winner, beside the campaign as it is."""
+
+from __future__ import annotations
+
+import math
+
+from rvjax.basis import Observed
+from rvjax.searched import Confirmed, Searched
+from rvjax.sections.page import Cell, Code, Headline, Mark, Number, Section, Table
+from rvjax.sections.wording import count, percent, quantity
+from rvjax.stats import Estimate
+
+WORDS = {"better": "BETTER", "worse": "WORSE", "not told apart": "NOT TOLD APART"}
+
+
+def headline(found: Searched) -> Headline:
+    """The top of the page: the first objective on fresh draws, in one word and one sentence."""
+    done = found.confirmation
+    assert done is not None and done.objectives, "a search ends with its confirmation"
+    first = done.objectives[-1] if found.goal == "weighted" else done.objectives[0]
+    left = [row.left for row in found.rows if row.candidate]
+    facts: tuple[tuple[str, Cell], ...] = (
+        ("method", found.method),
+        ("candidates", Number("search.candidates", len(left))),
+        ("flights of candidates", Number("search.flights", found.cost.flights)),
+        ("fresh samples", Number("search.fresh", done.samples)),
+        ("programs compiled", Number("search.programs", found.cost.programs)),
+    )
+    outcomes = tuple((name, left.count(key)) for key, name in _LEFT.items() if left.count(key) or not key)
+    return Headline(
+        found.name, found.description, Mark(WORDS[first.verdict]), _sentence(found, first), facts, outcomes, "Tuning report", "candidates"
+    )
+
+
+_LEFT = {
+    "": "flew_all_samples",
+    "test": "left_by_a_test",
+    "halving": "left_by_halving",
+    "refused": "refused_by_the_campaign",
+    "budget": "left_when_the_budget_ended",
+}
+
+
+def shown(value: float, one: Confirmed) -> str:
+    """A value of an objective."""
+    return f"{100 * value:.4g} %" if one.share else quantity(value, one.unit)
+
+
+def _sentence(found: Searched, first: Confirmed) -> str:
+    if not found.best:
+        return f"No candidate was better than the campaign as it is: {first.text} {shown(first.own, first)}."
+    return (
+        f"Candidate {found.best}, on draws that the search has not seen: {first.text} {shown(first.tuned, first)}, "
+        f"{shown(first.own, first)} of the campaign as it is."
+    )
+
+
+def section(found: Searched) -> Section | None:
+    """Objectives with the difference and its interval, and requirements."""
+    done = found.confirmation
+    if done is None:
+        return None
+    confidence, searched_on = percent(done.confidence), found.row[found.best].samples
+    rows = tuple(
+        (
+            one.text,
+            _observed(f"confirmed.{n}.searched", one.searched, one, searched_on),
+            _observed(f"confirmed.{n}.tuned", one.tuned, one, done.samples),
+            _observed(f"confirmed.{n}.own", one.own, one, done.samples),
+            Number(f"confirmed.{n}.difference", _estimate(one, done.samples, done.confidence), one.unit, percent=one.share),
+            _observed(f"confirmed.{n}.optimism", one.optimism, one, done.samples),
+            Mark(WORDS[one.verdict]),
+        )
+        for n, one in enumerate(done.objectives)
+    )
+    head = ("objective", "winner, in the search", "winner", "campaign as it is", "difference", "optimism", "verdict")
+    caption = (
+        f"Both on the same {count(done.samples)} draws of seed {done.seed}, which the search has not seen. Difference: winner minus "
+        f"campaign as it is, in pairs, {confidence} confidence, each by itself ({'; '.join(dict.fromkeys(one.method for one in done.objectives))}). "
+        "Optimism: by how much the winner looked better in the search than it is."
+    )
+    tables: list[Table | str] = [Table(caption, head, rows)]
+    if done.requirements:
+        required = tuple(
+            (one.text, Mark(one.tuned), Mark(one.own), *_changed(one.only_tuned, one.only_own, one.p_worse, n))
+            for n, one in enumerate(done.requirements)
+        )
+        words = "Requirements on the same draws. p: McNemar's exact test against “the winner complies as often”, one-sided."
+        tables.append(Table(words, ("requirement", "winner", "campaign as it is", "with the winner alone", "without it alone", "p"), required))
+    tables.append("The winner is a campaign of its own; its run and that of the campaign as it is have reports of their own:")
+    files = (
+        ("best campaign", Code("best.yaml")),
+        ("run of the winner", Code("tuned/report.html")),
+        ("run of the campaign as it is", Code("own/report.html")),
+        ("all candidates", Code("candidates.csv")),
+        ("compare them", Code("rvjax compare own tuned")),
+    )
+    tables.append(Table("In this folder.", ("what", "where"), files))
+    return Section("confirmation", "On fresh draws", _lead(found), tuple(tables))
+
+
+def _lead(found: Searched) -> str:
+    assert found.confirmation is not None
+    if not found.best:
+        return "The campaign keeps its values: the search found none that were better."
+    by = {word: [one.text for one in found.confirmation.objectives if one.verdict == word] for word in WORDS}
+    parts = [f"{word} in {', '.join(texts)}" for word, texts in by.items() if texts and word != "not told apart"]
+    rest = by["not told apart"]
+    parts += [f"not told apart in {', '.join(rest)}"] if rest else []
+    return f"The winner is {'; '.join(parts)}."
+
+
+def _changed(only_tuned: int, only_own: int, p: float, n: int) -> tuple[Cell, ...]:
+    names = (f"confirmed.requirement.{n}.only_winner", f"confirmed.requirement.{n}.only_own")
+    return Number(names[0], only_tuned), Number(names[1], only_own), f"{p:.2g}" if p >= 1e-4 else "< 0.0001"
+
+
+def _observed(name: str, value: float, one: Confirmed, n: int) -> Number:
+    return Number(name, Observed(value, n), one.unit, percent=one.share)
+
+
+def _estimate(one: Confirmed, n: int, confidence: float) -> Estimate:
+    low, high = sorted((one.difference.low, one.difference.high))
+    value = one.difference.value
+    return Estimate(value if not math.isnan(value) else 0.0, low, high, n, confidence, one.method)

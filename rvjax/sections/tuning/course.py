@@ -1,0 +1,88 @@
+"""Section: how the search went on."""
+
+from __future__ import annotations
+
+import math
+
+from rvjax.searched import Row, Searched
+from rvjax.sections import plot
+from rvjax.sections.page import Drawing, Section
+from rvjax.sections.wording import axis_label, count, quantity
+
+OWN = 0
+
+
+def shown(found: Searched, objective: int, value: float) -> float:
+    """What is drawn: a share in percent."""
+    return 100.0 * value if found.objectives[objective].share else value
+
+
+def label(found: Searched, objective: int) -> str:
+    """Of an axis with an objective."""
+    one = found.objectives[objective]
+    return axis_label(one.text, "%" if one.share else one.unit)
+
+
+def section(found: Searched) -> Section:
+    """The first objective of every candidate in their order, and the best so far."""
+    figure, (axis,) = plot.axes(1, 1, 2.8)
+    rows = [row for row in found.rows if row.candidate and row.objectives]
+    groups = (
+        ("left in a race", [row for row in rows if row.left], plot.SKY, 10, 0.55),
+        ("missed a requirement", [row for row in rows if not row.left and row.violation > 0], plot.ORANGE, 22, 0.9),
+        ("flew all samples", [row for row in rows if not row.left and row.violation == 0], plot.BLUE, 26, 1.0),
+    )
+    for name, members, colour, size, alpha in groups:
+        points = [(row.candidate, shown(found, 0, row.objectives[0])) for row in members if math.isfinite(row.objectives[0])]
+        if points:
+            axis.scatter(*zip(*points, strict=True), s=size, color=colour, alpha=alpha, lw=0, label=name)
+    line = best_so_far(found)
+    if line:
+        x, y = zip(*[(number, shown(found, 0, value)) for number, value in line], strict=True)
+        axis.step([*x, max(len(rows), x[-1])], [*y, y[-1]], where="post", color=plot.INK, lw=1.2, label="best so far")
+    values = [shown(found, 0, row.objectives[0]) for row in rows if math.isfinite(row.objectives[0])]
+    own = found.row[OWN].objectives[0]
+    if math.isfinite(own):
+        axis.axhline(shown(found, 0, own), color=plot.RED, lw=1.0, ls=(0, (4, 3)), label="campaign as it is")
+    if values and min(values) > 0 and max(values) > 20 * min(values):
+        plot.logarithmic(axis.yaxis, max(values) / min(values))
+    axis.set_xlabel("candidate, in the order in which they were proposed")
+    axis.set_ylabel(label(found, 0))
+    axis.legend(loc="best")
+    lost = sum(1 for row in rows if not math.isfinite(row.objectives[0]))
+    infinite = f" {count(lost)} candidates without a finite value are not drawn." if lost else ""
+    caption = (
+        "Each candidate with the samples that it has flown: few of those that left early, so their values scatter. The best "
+        f"so far is chosen among those that flew all {count(found.cost.sizes[-1])}, requirements first.{infinite}"
+    )
+    return Section("course", "Course of the search", _lead(found), (Drawing("tuning-course", caption, figure),))
+
+
+def best_so_far(found: Searched) -> list[tuple[int, float]]:
+    """(candidate, first objective) of each that was better than all before it."""
+    key = _key(found)
+    best, line = found.row[OWN], [(0, found.row[OWN].objectives[0])]
+    for row in sorted(found.rows, key=lambda row: row.candidate):
+        if not row.left and row.score and key(row) < key(best):
+            best = row
+            line.append((row.candidate, row.objectives[0]))
+    return [(number, value) for number, value in line if math.isfinite(value)]
+
+
+def _key(found: Searched):  # noqa: ANN202
+    del found
+
+    def key(row: Row) -> tuple[float, list[float]]:
+        return row.violation, row.score
+
+    return key
+
+
+def _lead(found: Searched) -> str:
+    line = best_so_far(found)
+    if not found.best or not line:
+        return "No candidate was better than the campaign as it is."
+    one = found.objectives[0]
+    value = found.row[found.best].objectives[0]
+    text = f"{100 * value:.4g} %" if one.share else quantity(value, one.unit)
+    return f"{one.text}: {text} with candidate {found.best}, on the {count(found.row[found.best].samples)} draws of the search."

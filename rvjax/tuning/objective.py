@@ -1,0 +1,266 @@
+"""What a candidate is worth on some samples, and whether one is worse than another on the same samples.
+
+    loss        x = X where small is good, −X where large is good; +∞ where the flight was lost
+    mean        E x
+    quantile    the q-quantile of X, as a loss
+    cvar        E[x | x among the worst 1 − q of all]
+    probability P(X does not comply)
+
+    violation   Σ over requirements of (required share − observed share)₊, of a mean (excess/limit)₊
+
+A candidate that violates less is better; of two that violate equally, the one with the smaller objective. Whether one is *worse*
+is tested in pairs on the samples that both have flown:
+
+    requirement, probability, quantile   McNemar's exact test of who does not comply, or is beyond the better one's quantile
+    mean, cvar                           Student's t of the differences of x, or of (x − t)₊/(1 − q), t the better one's quantile;
+                                         McNemar's test of who was lost where one was
+    weighted sum                         z of the difference, its deviation by RESAMPLES bootstraps of the pairs
+
+McNemar's test is exact where the threshold is given; where it is a quantile of the same samples, and for t and z, the risk is
+nominal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import special
+
+from rvjax.check.complying import Reading
+from rvjax.columns import Column
+from rvjax.spec import Requirement
+from rvjax.spec.tuning import Goal, Objective
+from rvjax.stats import mcnemar
+
+Values = NDArray[np.float64]
+
+RESAMPLES = 200
+
+
+class Score(NamedTuple):
+    """violation: of the requirements, in sum. objectives: as losses."""
+
+    violation: float
+    objectives: tuple[float, ...]
+
+
+REFUSED = math.inf
+"""Violation of a candidate whose values the campaign does not accept together."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One objective. column: of the samples table; largest: whether the metric is to be large."""
+
+    objective: Objective
+    column: str
+    unit: str
+    largest: bool
+
+    @classmethod
+    def of(cls, objective: Objective, columns: Mapping[str, Column]) -> Measure:
+        """The objective on these columns `metric.<name>`."""
+        start = f"metric.{objective.metric}"
+        column = start if start in columns else f"{start}.{objective.channel or 'any'}"
+        about = columns[column]
+        largest = objective.sense == "largest" if objective.sense else about.better == "higher"
+        return cls(objective, column, about.unit, largest)
+
+    def needs_sense(self, columns: Mapping[str, Column]) -> bool:
+        """Whether nobody knows if the metric is to be small or large."""
+        return not self.objective.sense and not self.objective.probability and not columns[self.column].better
+
+    def losses(self, frame: pd.DataFrame) -> Values:
+        """(n,) the smaller the better; for a probability whether a sample does not comply."""
+        x = frame[self.column].to_numpy(dtype=float)
+        lost = (frame["outcome"] == "not_finite").to_numpy() | np.isnan(x)
+        one = self.objective
+        if one.probability:
+            complies = x > 0.5 if one.metric == "captured" else x < one.below if one.below is not None else x > one.above
+            return np.where(complies & ~lost, 0.0, 1.0)
+        return np.where(lost, np.inf, -x if self.largest else x)
+
+    @property
+    def level(self) -> float:
+        """Of a quantile or cvar, as one of the losses."""
+        q = self.objective.quantile if self.objective.quantile is not None else self.objective.cvar
+        assert q is not None, "it has none"
+        return 1.0 - q if self.largest and self.objective.quantile is not None else q
+
+    def value(self, x: Values) -> float:
+        """Of losses (n,)."""
+        if self.objective.quantile is not None:
+            return quantile(x, self.level)
+        if self.objective.cvar is not None:
+            return tail_mean(x, self.level)
+        return float(np.mean(x))
+
+    def shown(self, loss: float) -> float:
+        """The value in the metric's own sense: a share that complies, a margin that is large."""
+        if self.objective.probability:
+            return 1.0 - loss
+        return -loss if self.largest else loss
+
+    def p_worse(self, x: Values, other: Values) -> float:
+        """One-sided p-value of pairs against: x (n,) is not worse than `other`, whose value is smaller."""
+        one = self.objective
+        if one.probability:
+            return _p_counts(x > 0.5, other > 0.5)
+        if one.mean:
+            return _p_means(x, other)
+        threshold = quantile(other, self.level)
+        if one.quantile is not None:
+            return _p_counts(x > threshold, other > threshold)
+        if not math.isfinite(threshold):
+            return _p_counts(np.isinf(x), np.isinf(other))
+        return _p_means(np.maximum(x - threshold, 0.0), np.maximum(other - threshold, 0.0))
+
+    def __str__(self) -> str:
+        one = self.objective
+        name = one.metric + (f" ({one.channel})" if one.channel else "")
+        if one.probability:
+            side = "" if one.metric == "captured" else f" below {one.below:g}" if one.below is not None else f" above {one.above:g}"
+            return f"share with {name}{side}"
+        if one.quantile is not None:
+            return f"{one.quantile:g} quantile of {name}"
+        return f"mean of {name} beyond its {one.cvar:g} quantile" if one.cvar is not None else f"mean of {name}"
+
+
+def quantile(x: Values, q: float) -> float:
+    """The smallest value that a share q of them does not exceed."""
+    rank = min(max(math.ceil(q * len(x) - 1e-9) - 1, 0), len(x) - 1)
+    return float(np.partition(x, rank)[rank])
+
+
+def tail_mean(x: Values, q: float) -> float:
+    """(1/(1 − q)) ∫_q^1 quantile(u) du of the values' own distribution."""
+    ordered, weight = np.sort(x)[::-1], (1.0 - q) * len(x)
+    whole = min(int(weight), len(x) - 1)
+    part = weight - whole
+    total = float(np.sum(ordered[:whole])) + (part * float(ordered[whole]) if part > 1e-12 else 0.0)
+    return total / weight
+
+
+class Judge:
+    """Scores and compares candidates by their tables, which hold the same samples in the same order."""
+
+    def __init__(self, requirements: Sequence[Requirement], measures: Sequence[Measure], goal: Goal) -> None:
+        self.requirements, self.measures, self.goal = tuple(requirements), tuple(measures), goal
+        self._readings = [Reading(one) for one in requirements]
+
+    def columns(self, names: Sequence[str]) -> list[str]:
+        """The columns that it needs beside sample and outcome."""
+        needed = [*(measure.column for measure in self.measures), *(name for one in self._readings for name in one.columns(names))]
+        return list(dict.fromkeys(needed))
+
+    def score(self, frame: pd.DataFrame) -> Score:
+        """What a candidate is worth; of the weighted goal one objective."""
+        values = [measure.value(measure.losses(frame)) for measure in self.measures]
+        violation = sum(self._shortfall(one, reading, frame) for one, reading in zip(self.requirements, self._readings, strict=True))
+        if self.goal == "weighted" and len(values) > 1:
+            values = [self._sum(values)]
+        return Score(violation, tuple(values))
+
+    @property
+    def objectives(self) -> int:
+        """How many a score has."""
+        return 1 if self.goal == "weighted" else len(self.measures)
+
+    def total(self, losses: Sequence[Values]) -> float:
+        """Of the losses of each objective, the weighted sum of their values."""
+        return self._sum([measure.value(x) for measure, x in zip(self.measures, losses, strict=True)])
+
+    def _sum(self, values: Sequence[float]) -> float:
+        return sum(measure.objective.weight * value for measure, value in zip(self.measures, values, strict=True))
+
+    def values(self, frame: pd.DataFrame) -> tuple[float, ...]:
+        """Each objective by itself, as it is shown."""
+        return tuple(measure.shown(measure.value(measure.losses(frame))) for measure in self.measures)
+
+    @staticmethod
+    def _shortfall(requirement: Requirement, reading: Reading, frame: pd.DataFrame) -> float:
+        values = reading.values(frame, {})[reading.chosen(frame)]
+        if not values.size:
+            return 0.0
+        if not requirement.mean:
+            return max(requirement.limit - float(np.mean(reading.comply(values))), 0.0)
+        limit = requirement.below if requirement.below is not None else requirement.above
+        assert limit is not None, "a mean has a side"
+        mean = math.inf if np.isnan(values).any() else float(np.mean(values))
+        excess = mean - limit if requirement.below is not None or math.isinf(mean) else limit - mean
+        return max(excess, 0.0) / max(abs(limit), 1e-12)
+
+    def p_worse(self, frame: pd.DataFrame, better: pd.DataFrame) -> float:
+        """p-value of pairs against: the first is not worse than the second, which has the better score."""
+        ours, theirs = self.score(frame), self.score(better)
+        found: list[float] = []
+        if ours.violation > theirs.violation and self.requirements:
+            found.append(min(1.0, len(self.requirements) * min(self._p_complies(frame, better))))
+        if self.goal == "pareto":
+            pairs = zip(self.measures, ours.objectives, theirs.objectives, strict=True)
+            each = [m.p_worse(m.losses(frame), m.losses(better)) if a > b else 1.0 for m, a, b in pairs]
+            found.append(max(each))
+        elif ours.objectives > theirs.objectives:
+            found.append(self._p_objective(frame, better, ours, theirs))
+        return min(1.0, len(found) * min(found)) if found else 1.0
+
+    def p_fails(self, frame: pd.DataFrame, better: pd.DataFrame) -> float:
+        """p-value of pairs against: the first complies with the requirements, or is captured, as often as the second."""
+        if not self.requirements:
+            return _p_counts(*((one["outcome"] != "captured").to_numpy() for one in (frame, better)))
+        return min(1.0, len(self.requirements) * min(self._p_complies(frame, better)))
+
+    def _p_complies(self, frame: pd.DataFrame, better: pd.DataFrame) -> list[float]:
+        found: list[float] = []
+        for requirement, reading in zip(self.requirements, self._readings, strict=True):
+            both = reading.chosen(frame) & reading.chosen(better)
+            x, y = (reading.values(one, {})[both] for one in (frame, better))
+            if requirement.mean:
+                sign = 1.0 if requirement.below is not None else -1.0
+                found.append(_p_means(*(np.where(np.isnan(one), np.inf, sign * one) for one in (x, y))))
+            else:
+                found.append(_p_counts(~reading.comply(x), ~reading.comply(y)))
+        return found
+
+    def _p_objective(self, frame: pd.DataFrame, better: pd.DataFrame, ours: Score, theirs: Score) -> float:
+        if self.goal == "weighted" and len(self.measures) > 1:
+            return self._p_sum(*([measure.losses(one) for measure in self.measures] for one in (frame, better)))
+        first = next(i for i, (a, b) in enumerate(zip(ours.objectives, theirs.objectives, strict=True)) if a != b)
+        measure = self.measures[first]
+        return measure.p_worse(measure.losses(frame), measure.losses(better))
+
+    def _p_sum(self, ours: Sequence[Values], theirs: Sequence[Values]) -> float:
+        n = len(ours[0])
+        rows = np.random.default_rng(n).integers(n, size=(RESAMPLES, n))
+        observed, *found = [
+            self.total([x[row] for x in ours]) - self.total([y[row] for y in theirs])
+            for row in (np.arange(n), *rows)
+        ]
+        spread = np.array(found)
+        if not np.isfinite(spread).all() or not math.isfinite(observed):
+            return (1.0 + float(np.sum(~(spread > 0.0)))) / (RESAMPLES + 1.0)
+        deviation = float(np.std(spread, ddof=1))
+        return float(special.ndtr(-observed / deviation)) if deviation > 0.0 else 1.0
+
+
+def _p_counts(fails: NDArray[np.bool_], others: NDArray[np.bool_]) -> float:
+    """McNemar's exact test, one-sided: the first fails more often."""
+    only_first, only_second = int(np.sum(fails & ~others)), int(np.sum(others & ~fails))
+    return float(mcnemar(only_first, only_second, better="a")) if only_first > only_second else 1.0
+
+
+def _p_means(x: Values, y: Values) -> float:
+    """Student's t of the differences, one-sided: the first is larger in the mean. Where flights were lost, who lost more."""
+    if np.isinf(x).any() or np.isinf(y).any():
+        return _p_counts(np.isinf(x), np.isinf(y))
+    d = x - y
+    n, mean, deviation = len(d), float(np.mean(d)), float(np.std(d, ddof=1)) if len(d) > 1 else 0.0
+    if deviation == 0.0 or n < 2:
+        return 1.0
+    return float(special.stdtr(n - 1, -mean / (deviation / math.sqrt(n))))
