@@ -159,7 +159,7 @@ class Flyer:
 class Tangents:
     """Flies chunks with the derivative of one metric along a change of the numbers, forward through the whole closed loop:
 
-        m(n),  d/dε m(n + ε ṅ) at ε = 0
+    m(n),  d/dε m(n + ε ṅ) at ε = 0
     """
 
     def __init__(self, loop: Loop, metric: Metric) -> None:

@@ -256,7 +256,10 @@ def _unknown_metrics(source: Source, names: Sequence[str]) -> list[Finding]:
 def _of_metrics(campaign: Mapping[str, Any]) -> Iterator[tuple[Place, Any]]:
     """What a campaign says of metrics: its requirements, and the objectives of a tuning."""
     tuning = campaign.get("tune")
-    for place, said in ((("require",), campaign.get("require")), (("tune", "objective"), is_mapping(tuning) and tuning.get("objective"))):
+    for place, said in (
+        (("require",), campaign.get("require")),
+        (("tune", "objective"), is_mapping(tuning) and tuning.get("objective")),
+    ):
         if is_mapping(said):
             yield place, said
         for index, raw in enumerate(said if is_list(said) else []):

@@ -25,8 +25,9 @@ DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 NOT_FLYING = (
     *("check", "ci", "cli", "executors", "report", "results", "sections", "stats"),
     *("searches", "tuning"),
-    *("against.py", "audit.py", "basis.py", "compare.py", "cost.py", "doctor.py", "fold.py", "pairing.py", "planning.py"),
-    *("pytest_plugin.py", "readings.py", "requirements.py", "run.py", "searched.py", "sketch.py", "totals.py"),
+    *("against.py", "audit.py", "basis.py", "compare.py", "cost.py", "doctor.py", "exporting.py", "fold.py", "pairing.py"),
+    *("planning.py", "pockets.py", "pytest_plugin.py", "readings.py", "requirements.py", "run.py", "searched.py", "sketch.py"),
+    *("totals.py", "worst.py"),
 )
 """Parts of this package that no number of a flight depends on."""
 

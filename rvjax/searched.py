@@ -80,7 +80,7 @@ class Interval(_Part):
 
 class Confirmed(_Part):
     """An objective of the winner and of the campaign as it is, on fresh draws. difference: winner minus own, in pairs; searched:
-    of the winner on the draws that chose it; optimism: by how much that was too good; verdict: better, worse or not told apart."""
+    of the winner on the draws that chose it; optimism: by how much that was too good."""
 
     text: str
     unit: str
@@ -188,4 +188,6 @@ def read(folder: Path) -> Searched | None:
             raise ValueError("it is not what SHA256SUMS says")
         return Searched.model_validate_json(data)
     except (ValidationError, ValueError) as error:
-        raise FolderError(f"{folder / NAME}: damaged or edited ({error}); `rvjax tune` with the same --out makes it again") from error
+        raise FolderError(
+            f"{folder / NAME}: damaged or edited ({error}); `rvjax tune` with the same --out makes it again"
+        ) from error

@@ -1,4 +1,4 @@
-"""Commands that search: tune."""
+"""Commands that search: tune, worst."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import shlex
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from rvjax.cli.app import Campaign, Json, Out, Quiet, Samples, Seed, Sets, Terminated, app, overrides
 from rvjax.cli.output import Output, say
@@ -14,6 +16,7 @@ from rvjax.errors import IncompleteError
 
 if TYPE_CHECKING:
     from rvjax.searched import Searched
+    from rvjax.worst import Worst
 
 
 @app.command()
@@ -73,3 +76,83 @@ def _interval(one: object) -> str:
     assert isinstance(one, Confirmed)
     scale, unit = (100.0, " %") if one.share else (1.0, f" {one.unit}".rstrip(" 1"))
     return f"{scale * one.difference.value:+.4g} ({scale * one.difference.low:+.4g} … {scale * one.difference.high:+.4g}){unit}"
+
+
+@app.command()
+def worst(
+    file: Campaign,
+    requirement: Annotated[int, typer.Option("--requirement", min=1, metavar="N", help="Which requirement, from 1.")] = 1,
+    flights: Annotated[int, typer.Option("--flights", min=1, help="Flights at most.")] = 20_000,
+    radius: Annotated[
+        float | None, typer.Option("--radius", min=0.1, help="Only draws within a ball of so many sigma; default: a box.")
+    ] = None,
+    sigma: Annotated[float, typer.Option("--sigma", min=0.1, max=8.0, help="Half the edge of the box, in sigma.")] = 5.0,
+    vary: Annotated[
+        list[str] | None, typer.Option("--vary", metavar="NAME", help="Only draws with this name or beginning; repeatable.")
+    ] = None,
+    first: Annotated[bool, typer.Option("--first", help="End with the first flight that does not comply.")] = False,
+    search_seed: Annotated[int, typer.Option("--search-seed", min=0, help="Seed of the search.")] = 0,
+    seed: Seed = None,
+    sets: Sets = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Where to write the campaign that replays it.")] = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Search the draws for the smallest margin of a requirement; write what is found as a campaign that replays it."""
+    from rvjax import worst as search
+
+    output, given = Output(as_json, quiet), overrides(sets, None, seed)
+    hunt = search.prepare(file, given, requirement, vary or ())
+
+    def told(done: int, margin: float) -> None:
+        output.note(f"{done} of {flights} flights, smallest margin {margin:.4g}")
+
+    found = search.worst(hunt, flights, search_seed, radius, sigma, first, told)
+    place = out or Path("reports") / hunt.problem.spec.name / f"worst-{requirement}"
+    campaign = search.export(hunt, found, place, given)
+    _show_worst(found, campaign, output)
+    return 1 if found.failing else 0
+
+
+def _show_worst(found: Worst, campaign: Path, output: Output) -> None:
+    from scipy.special import ndtr
+
+    one = found.worst
+    fails = f"{found.failing} of them do not comply" if found.failing else "all of them comply"
+    how = f"{one.outcome.replace('_', ' ')}, |z| = {one.distance:.3g}"
+    output.text(f"{found.requirement}: smallest margin {one.margin:.4g} ({how}) in {found.flights} flights; {fails}")
+    if found.likeliest is not None:
+        output.text(
+            f"nearest flight that does not comply: |z| = {found.likeliest.distance:.3g}, margin {found.likeliest.margin:.4g}"
+        )
+    order = sorted(range(len(found.coordinates)), key=lambda k: -abs(one.z[k]))[:12]
+    rows = []
+    for k in order:
+        name = found.coordinates[k].name
+        value = one.draws.get(name)
+        rows.append((name, "" if value is None else f"{value:.6g}", f"{one.z[k]:+.2f}", f"{100 * ndtr(-abs(one.z[k])):.2g} %"))
+    output.table(("draw that is farthest out", "value, SI", "sigma", "farther out"), rows)
+    output.text(f"replay: rvjax run {campaign}")
+    cases = {"worst": one, "likeliest": found.likeliest}
+    told = {
+        name: None
+        if case is None
+        else {
+            "margin": case.margin,
+            "distance": case.distance,
+            "outcome": case.outcome,
+            "metric": case.metric,
+            "draws": dict(case.draws),
+        }
+        for name, case in cases.items()
+    }
+    output.document(
+        {
+            "requirement": found.requirement,
+            "flights": found.flights,
+            "failing": found.failing,
+            **told,
+            "campaign": str(campaign),
+            "exit_code": 1 if found.failing else 0,
+        }
+    )

@@ -12,6 +12,7 @@ MEMBERS = {
     "sobol": "rvjax.samplers.sobol",
     "grid": "rvjax.samplers.grid",
     "plan": "rvjax.samplers.plan",
+    "points": "rvjax.samplers.points",
 }
 
 

@@ -30,7 +30,7 @@ def value_at(value: Any, path: str) -> tuple[bool, Any]:
         key = _key(value, step)
         if key is None or (is_mapping(value) and step not in value):
             return False, None
-        value = value[key]
+        value = value[step] if is_mapping(value) else value[int(key)]
     return True, value
 
 

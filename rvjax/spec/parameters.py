@@ -11,10 +11,13 @@ Numbers have FOUR digits, so that what is written into a campaign is what was fl
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeGuard
+
+from pydantic_core import core_schema
 
 from rvjax.spec.problem import Problem, refuse
 from rvjax.spec.values import describe, is_list, is_mapping, is_number
@@ -95,7 +98,9 @@ class Levels:
 
     def coordinate(self, value: Value) -> float | None:
         """The inverse of `value`; None for any other one."""
-        known = [index for index, one in enumerate(self.values) if one == value and isinstance(one, bool) == isinstance(value, bool)]
+        known = [
+            index for index, one in enumerate(self.values) if one == value and isinstance(one, bool) == isinstance(value, bool)
+        ]
         return (known[0] + 0.5) / len(self.values) if known else None
 
     def __str__(self) -> str:
@@ -151,9 +156,7 @@ class Parameters:
                         problems.append(Problem(f"{factor} is no number", "accepted: numbers", (name, "product", index)))
         return refuse(*problems) if problems else found
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        from pydantic_core import core_schema
-
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
@@ -194,14 +197,18 @@ def _found(given: Any) -> str:
 
 def _linear(given: Any) -> _Read:
     ends = _ends(given, "linear")
-    return Linear(*map(float, ends)) if ends else None, _found(given), "accepted: [a, b], two numbers, the first below"
+    return (
+        Linear(float(ends[0]), float(ends[1])) if ends else None,
+        _found(given),
+        "accepted: [a, b], two numbers, the first below",
+    )
 
 
 def _log(given: Any) -> _Read:
     ends, accepted = _ends(given, "log"), "accepted: [a, b], two numbers above 0, the first below"
     if ends and ends[0] <= 0:
         return None, f"the range {ends[0]:g} to {ends[1]:g} is not above 0", accepted
-    return Log(*map(float, ends)) if ends else None, _found(given), accepted
+    return Log(float(ends[0]), float(ends[1])) if ends else None, _found(given), accepted
 
 
 def _integer(given: Any) -> _Read:
@@ -216,7 +223,7 @@ def _choice(given: Any) -> _Read:
     accepted = "accepted: a list of two or more different numbers, texts, or true and false"
     if not is_list(given) or not 2 <= len(given) <= MOST_LEVELS or not all(isinstance(one, int | float | str) for one in given):
         return None, f"found {describe(given)}", accepted
-    if len({(type(one), one) for one in given}) < len(given):
+    if len({json.dumps(one) for one in given}) < len(given):
         return None, "a value stands twice", accepted
     return Levels(tuple(given), ordered=False), "", ""
 

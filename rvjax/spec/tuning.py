@@ -60,7 +60,9 @@ class Budget(Model):
 
     candidates: int | None = count(default=None, at_least=1, at_most=1_000_000, doc="how many candidates")
     flights: int | None = count(default=None, at_least=1, doc="how many flights of candidates")
-    minutes: float | None = number("1", default=None, above=0.0, doc="how long it searches; what comes of it then depends on that")
+    minutes: float | None = number(
+        "1", default=None, above=0.0, doc="how long it searches; what comes of it then depends on that"
+    )
 
     @model_validator(mode="after")
     def _some(self) -> Budget:
@@ -76,7 +78,9 @@ class Race(Model):
         default=None, at_least=2, doc="samples of the first round; as many as of the last: no race; without: a sixteenth"
     )
     growth: float = number("1", default=2.0, above=1.0, at_most=16.0, doc="how many times the samples of a round the next has")
-    keep: float = number("1", default=0.5, above=0.0, at_most=1.0, doc="largest share of candidates that goes on; 1: by tests only")
+    keep: float = number(
+        "1", default=0.5, above=0.0, at_most=1.0, doc="largest share of candidates that goes on; 1: by tests only"
+    )
     risk: float = number("1", default=0.05, above=0.0, at_most=0.5, doc="probability that tests throw out the best of a race")
     hard: int = count(default=0, at_most=10_000, doc="so many of the hardest samples known fly in every first round as well")
 
@@ -100,7 +104,9 @@ class Tuning(Model):
     objective: Annotated[tuple[Objective, ...], BeforeValidator(_list)] = part(
         doc="one, or a list; the requirements of the campaign come before all of them"
     )
-    goal: Goal = option(default="weighted", doc="of several objectives: their sum, the first before the second, or all trade-offs")
+    goal: Goal = option(
+        default="weighted", doc="of several objectives: their sum, the first before the second, or all trade-offs"
+    )
     method: Annotated[Choice, OneChoice()] = part(default={"use": "cma-es"}, doc="how candidates are proposed")
     budget: Budget = part(default={"candidates": 200}, doc="when the search ends")
     samples: int = count(default=1248, at_least=2, at_most=10_000_000, doc="of a candidate that goes through the whole race")

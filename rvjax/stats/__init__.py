@@ -4,7 +4,8 @@ Two kinds. Exact at the stated confidence for every number of samples, and so fi
 verdicts built on them (`binomial`), e-processes and the ratio test with Ville's bounds (`sequential`), order statistics and
 the band (`quantiles`), empirical Bernstein (`means`), McNemar's exact test and its e-process (`paired`), Holm (`families`).
 Approximate, for plots and effects, and said so in `Estimate.method` or their text: Wilson, Jeffreys, bootstraps, Newcombe,
-Tango, mid-p, shifts of quantiles (`shifts`), sensitivity from given data (`given_data`). `walk` gives the exact errors of anything that counts failures.
+Tango, mid-p, shifts of quantiles (`shifts`), sensitivity from given data (`given_data`). `walk` gives the exact errors of
+anything that counts failures.
 """
 
 from rvjax.stats.binomial import (

@@ -7,8 +7,8 @@ estimated over classes of x of equal size, less what classes explain by chance,
     S = 1 − (n − 1)/(n − m) · Σ (y − ȳ_class)² / Σ (y − ȳ)²          m classes
 
 which is 0 in the mean where y does not depend on x (Fisher's adjusted correlation ratio ε²; T. Kelley, PNAS 21, 1935). Given-data
-estimation of Sobol' indices: E. Plischke, E. Borgonovo, C. Smith, European J. Operational Research 226, 2013. Inputs that were not
-drawn independently share what they explain.
+estimation of Sobol' indices: E. Plischke, E. Borgonovo, C. Smith, European J. Operational Research 226, 2013. Inputs that were
+not drawn independently share what they explain.
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ class Explained(NamedTuple):
     p: float
 
 
-def explained(x: ArrayLike, y: ArrayLike, confidence: float = 0.95, *, rng: np.random.Generator, classes: int | None = None) -> Explained:
+def explained(
+    x: ArrayLike, y: ArrayLike, confidence: float = 0.95, *, rng: np.random.Generator, classes: int | None = None
+) -> Explained:
     """The share of the variance of y that x explains alone. x, y: (n,). classes: about as many as √n by default, at most 20.
 
     The interval is an approximate one; the permutation test is exact. ValueError unless x and y have the same size of 4 or more.

@@ -54,7 +54,9 @@ def confirm(tuned: Path, own: Path, spec: Spec, judge: Judge, searched: Sequence
         sides = [[measure.losses(one.frame) for measure in judge.measures] for one in (new, old)]
         total = judge.total
         values = [total(one) for one in sides]
-        estimate = _resampled(lambda rows_: total([x[rows_] for x in sides[0]]) - total([y[rows_] for y in sides[1]]), len(new.frame), confidence)
+        estimate = _resampled(
+            lambda rows_: total([x[rows_] for x in sides[0]]) - total([y[rows_] for y in sides[1]]), len(new.frame), confidence
+        )
         rows.append(_row("weighted sum", "1", False, searched[-1], values, estimate, largest=False))
     kept = [*_kept(spec.require, new.frame, old.frame, spec)]
     return Confirmation(samples=len(new.frame), seed=spec.seed, confidence=confidence, objectives=rows, requirements=kept)

@@ -119,8 +119,7 @@ class Flights:
 
         def keep(file: DataFile) -> None:
             self._folder.take(file)
-            for number, table, _ in self._folder.tables([file.entry.number]):
-                known[number] = table
+            known.update((number, table) for number, table, _ in self._folder.tables([file.entry.number]))
 
         beside(lambda order: self._chunk(*order), orders, keep, self.stop)
         for number, chunk in enumerate(chunks, first):
@@ -155,7 +154,8 @@ class Flights:
         found = list(zip(table[CANDIDATE.name].tolist(), table[SAMPLE.name].tolist(), strict=True))
         if found != list(chunk):
             raise FolderError(
-                f"{self._folder.path}: chunk {number} is of other candidates than this search asks for; tune again with another --out"
+                f"{self._folder.path}: chunk {number} is of other candidates than this search asks for; "
+                "tune again with another --out"
             )
         assert len(self._rows) == number, "chunks come in their order"
         self._rows.append(table)
@@ -207,4 +207,3 @@ def _runs(rows: Sequence[Row]) -> Iterator[tuple[int, list[int]]]:
             behind += 1
         yield one, [sample for _, sample in rows[first:behind]]
         first = behind
-

@@ -125,7 +125,9 @@ class Measure:
         one = self.objective
         name = one.metric + (f" ({one.channel})" if one.channel else "")
         if one.probability:
-            side = "" if one.metric == "captured" else f" below {one.below:g}" if one.below is not None else f" above {one.above:g}"
+            side = (
+                "" if one.metric == "captured" else f" below {one.below:g}" if one.below is not None else f" above {one.above:g}"
+            )
             return f"share with {name}{side}"
         if one.quantile is not None:
             return f"{one.quantile:g} quantile of {name}"
@@ -151,18 +153,24 @@ class Judge:
     """Scores and compares candidates by their tables, which hold the same samples in the same order."""
 
     def __init__(self, requirements: Sequence[Requirement], measures: Sequence[Measure], goal: Goal) -> None:
-        self.requirements, self.measures, self.goal = tuple(requirements), tuple(measures), goal
+        self.requirements, self.measures = tuple(requirements), tuple(measures)
+        self.goal: Goal = goal
         self._readings = [Reading(one) for one in requirements]
 
     def columns(self, names: Sequence[str]) -> list[str]:
         """The columns that it needs beside sample and outcome."""
-        needed = [*(measure.column for measure in self.measures), *(name for one in self._readings for name in one.columns(names))]
+        needed = [
+            *(measure.column for measure in self.measures),
+            *(name for one in self._readings for name in one.columns(names)),
+        ]
         return list(dict.fromkeys(needed))
 
     def score(self, frame: pd.DataFrame) -> Score:
         """What a candidate is worth; of the weighted goal one objective."""
         values = [measure.value(measure.losses(frame)) for measure in self.measures]
-        violation = sum(self._shortfall(one, reading, frame) for one, reading in zip(self.requirements, self._readings, strict=True))
+        violation = sum(
+            self._shortfall(one, reading, frame) for one, reading in zip(self.requirements, self._readings, strict=True)
+        )
         if self.goal == "weighted" and len(values) > 1:
             values = [self._sum(values)]
         return Score(violation, tuple(values))
@@ -239,8 +247,7 @@ class Judge:
         n = len(ours[0])
         rows = np.random.default_rng(n).integers(n, size=(RESAMPLES, n))
         observed, *found = [
-            self.total([x[row] for x in ours]) - self.total([y[row] for y in theirs])
-            for row in (np.arange(n), *rows)
+            self.total([x[row] for x in ours]) - self.total([y[row] for y in theirs]) for row in (np.arange(n), *rows)
         ]
         spread = np.array(found)
         if not np.isfinite(spread).all() or not math.isfinite(observed):

@@ -53,7 +53,7 @@ class Field(Protocol):
 
 @dataclass
 class Standing:
-    """How a candidate came out. round: the last that it flew; samples: how many its score is of; left: how it left, "" if never."""
+    """How a candidate came out. round: the last that it flew; samples: how many its score is of; left: how it left, if it did."""
 
     candidate: int
     round: int = -1
@@ -77,7 +77,8 @@ def race(
 ) -> tuple[list[Standing], bool]:
     """Flies candidates against each other and against the incumbent, the best so far, which never leaves; returns the standing of
     each of the candidates, in their order, and whether the budget was used up before the end."""
-    standings = {one: Standing(one) for one in dict.fromkeys((*candidates, *([] if incumbent is None else [incumbent])))}
+    everyone = [*candidates, *([] if incumbent is None else [incumbent])]
+    standings = {one: Standing(one) for one in everyone}
     for one, standing in standings.items():
         if runners.refused(one):
             standing.left = "refused"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -58,10 +59,8 @@ class Search:
         own = Standing(OWN, len(self.tuning.rounds) - 1, len(samples), self.judge.score(self.flights.table(OWN, samples)))
         self.standings[OWN], self.batch_of[OWN] = own, 0
         self._remember_hard()
-        try:
+        with suppress(Spent):
             propose(task, self)
-        except Spent:
-            pass
 
     def __call__(self, points: NDArray[np.float64]) -> Told:
         """What comes of proposed points: a race of those that have not flown yet; others keep the standing that they have."""

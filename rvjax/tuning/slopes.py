@@ -148,16 +148,16 @@ class Slopes:
 
     def _fly(self, problem: Problem, tangents: Mapping[int, Any]) -> Values:
         """(axes,) the slope along each, the mean over the samples."""
-        _, own = Draws.of(problem, self._samples)
+        _, numbers = Draws.of(problem, self._samples)
         program = self._programs.setdefault(problem.structure, Tangents(problem.loop, self._metric))
         count = len(self._samples)
-        drawn = jax.tree.map(lambda x: np.tile(x, len(tangents)), own)
+        drawn = jax.tree.map(lambda x: np.tile(x, len(tangents)), numbers)
         tangent = jax.tree.map(lambda *parts: np.concatenate(parts), *tangents.values())
         rows, slopes = len(tangents) * count, list[Values]()
         for first in range(0, rows, LANES):
             lanes = np.arange(first, first + LANES) % rows
-            parts = (jax.tree.map(lambda x, lanes=lanes: np.asarray(x)[lanes], side) for side in (drawn, tangent))
-            slopes.append(program.fly(*parts, problem.spec.horizon.steps)[1][: rows - first])
+            own, along = (jax.tree.map(lambda x, lanes=lanes: np.asarray(x)[lanes], side) for side in (drawn, tangent))
+            slopes.append(program.fly(own, along, problem.spec.horizon.steps)[1][: rows - first])
         self.flown += rows
         each = np.concatenate(slopes).reshape(len(tangents), count)
         return np.array([float(np.mean(x[np.isfinite(x)])) if np.isfinite(x).any() else 0.0 for x in each])

@@ -75,10 +75,14 @@ class Space:
     def values(self, point: NDArray[np.float64]) -> dict[str, Value]:
         """The value of every parameter at a point."""
         known: dict[str, Value] = {name: one.value(float(u)) for (name, one), u in zip(self.free.items(), point, strict=True)}
-        return {name: self._product(one, known) if isinstance(one, Product) else known[name] for name, one in self.parameters.items()}
+        return {
+            name: self._product(one, known) if isinstance(one, Product) else known[name] for name, one in self.parameters.items()
+        }
 
     def _product(self, tie: Product, known: Mapping[str, Value]) -> float:
-        factors = [known.get(factor, self.fixed.get(factor, factor)) if isinstance(factor, str) else factor for factor in tie.factors]
+        factors = [
+            known.get(factor, self.fixed.get(factor, factor)) if isinstance(factor, str) else factor for factor in tie.factors
+        ]
         return digits(float(np.prod([float(factor) for factor in factors])))
 
     def assignments(self, values: Mapping[str, Value]) -> tuple[str, ...]:
@@ -163,7 +167,10 @@ def _unused(problem: Problem, parameters: Mapping[str, Parameter]) -> list[Findi
     lost = [name for name in parameters if not is_place(name) and name not in used]
     accepted = "accepted: a place such as controller.gains.k1, or a name that a product has as a factor"
     place = ("tune", "parameters")
-    return [problem.spec.source.finding((*place, name), f"{name} is no place and nothing is tied to it", accepted, key=True) for name in lost]
+    return [
+        problem.spec.source.finding((*place, name), f"{name} is no place and nothing is tied to it", accepted, key=True)
+        for name in lost
+    ]
 
 
 def value_of(problem: Problem, place: str) -> Value | None:
@@ -198,4 +205,3 @@ def _default(model: Any, steps: Sequence[str]) -> Value | None:
         if is_number(model):
             return model / factor if about is not None else model
     return model if isinstance(model, str | bool) else None
-

@@ -68,7 +68,9 @@ def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tun
     for index, measure in enumerate(measures):
         if measure.needs_sense(_columns(space)):
             accepted = "accepted: sense: smallest, or sense: largest"
-            findings.append(source.finding(("tune", "objective", index), f"of {measure.objective.metric} neither is better", accepted))
+            findings.append(
+                source.finding(("tune", "objective", index), f"of {measure.objective.metric} neither is better", accepted)
+            )
     if findings:
         raise CampaignError(dict.fromkeys(findings))
     assert method is not None, "or there are findings"
@@ -156,11 +158,21 @@ def _identity(space: Space, tuning: Tuning) -> dict[str, Any]:
 
 
 def _confirmed(
-    place: Path, path: str | Path, overrides: Sequence[str], spec: Spec, search: Search, progress: run.Progress | None, command: Sequence[str]
+    place: Path,
+    path: str | Path,
+    overrides: Sequence[str],
+    spec: Spec,
+    search: Search,
+    progress: run.Progress | None,
+    command: Sequence[str],
 ) -> Any:
     """Flies the winner and the campaign as it is on fresh draws, and judges them."""
     tuning = search.tuning
-    fresh = [f"samples={_samples(spec)}", f"seed={spec.seed if tuning.confirm.seed is None else tuning.confirm.seed}", "baselines=[]"]
+    fresh = [
+        f"samples={_samples(spec)}",
+        f"seed={spec.seed if tuning.confirm.seed is None else tuning.confirm.seed}",
+        "baselines=[]",
+    ]
     run.run(place / searched.BEST, place / searched.TUNED, ["baselines=[]"], progress, command)
     run.run(path, place / searched.OWN, [*overrides, *fresh], progress, command)
     samples = np.arange(search.standings[search.best].samples, dtype=np.int64)

@@ -5,38 +5,22 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from typing import Any
 
-from ruamel.yaml import YAML
-
+from rvjax.exporting import campaign_text
 from rvjax.searched import Searched
 from rvjax.spec import Spec
-from rvjax.spec.choice import NAME
-from rvjax.spec.overrides import override
 from rvjax.spec.parameters import Value
-from rvjax.spec.source import read_text
 from rvjax.tuning.space import Space
-
-ENDING = "-tuned"
 
 
 def best_campaign(spec: Spec, space: Space, values: Mapping[str, Value], overrides: Sequence[str]) -> str:
     """The campaign with the best values, what was set beside the file, and the draws of its confirmation; without `tune`."""
     assert spec.tune is not None, "it was tuned"
-    named = f"{spec.name}{ENDING}"
     fresh = {"samples": spec.tune.confirm.samples, "seed": spec.tune.confirm.seed}
     more = [f"{name}={value}" for name, value in fresh.items() if value is not None]
-    more += [f"name={named}"] if NAME.fullmatch(named) else []
-    source = override(read_text(spec.source.text, spec.source.name), [*overrides, *more, *space.assignments(values)])
-    assert not source.findings and source.value is not None, "every value was loaded before"
-    said: dict[str, Any] = {key: value for key, value in source.value.items() if key != "tune"}
-    writer: Any = YAML()
-    writer.default_flow_style = None
-    writer.width = 110
-    text = io.StringIO()
-    writer.dump(said, text)
-    which = "Values as they were: none that the search tried was better." if not values else "Values found by `rvjax tune`."
-    return f"# {which} `rvjax run` with this file flies the draws that confirmed them.\n{text.getvalue()}"
+    which = "Values found by `rvjax tune`." if values else "Values as they were: none that the search tried was better."
+    comment = f"{which} `rvjax run` with this file flies the draws that confirmed them."
+    return campaign_text(spec, [*overrides, *more, *space.assignments(values)], ("tune",), "-tuned", comment)
 
 
 def candidates_table(found: Searched) -> str:

@@ -16,7 +16,7 @@ WORDS = {"better": "BETTER", "worse": "WORSE", "not told apart": "NOT TOLD APART
 def headline(found: Searched) -> Headline:
     """The top of the page: the first objective on fresh draws, in one word and one sentence."""
     done = found.confirmation
-    assert done is not None and done.objectives, "a search ends with its confirmation"
+    assert done is not None, "a search ends with its confirmation"
     first = done.objectives[-1] if found.goal == "weighted" else done.objectives[0]
     left = [row.left for row in found.rows if row.candidate]
     facts: tuple[tuple[str, Cell], ...] = (
@@ -28,7 +28,14 @@ def headline(found: Searched) -> Headline:
     )
     outcomes = tuple((name, left.count(key)) for key, name in _LEFT.items() if left.count(key) or not key)
     return Headline(
-        found.name, found.description, Mark(WORDS[first.verdict]), _sentence(found, first), facts, outcomes, "Tuning report", "candidates"
+        found.name,
+        found.description,
+        Mark(WORDS[first.verdict]),
+        _sentence(found, first),
+        facts,
+        outcomes,
+        "Tuning report",
+        "candidates",
     )
 
 
@@ -60,6 +67,7 @@ def section(found: Searched) -> Section | None:
     done = found.confirmation
     if done is None:
         return None
+    methods = "; ".join(dict.fromkeys(one.method for one in done.objectives))
     confidence, searched_on = percent(done.confidence), found.row[found.best].samples
     rows = tuple(
         (
@@ -75,8 +83,8 @@ def section(found: Searched) -> Section | None:
     )
     head = ("objective", "winner, in the search", "winner", "campaign as it is", "difference", "optimism", "verdict")
     caption = (
-        f"Both on the same {count(done.samples)} draws of seed {done.seed}, which the search has not seen. Difference: winner minus "
-        f"campaign as it is, in pairs, {confidence} confidence, each by itself ({'; '.join(dict.fromkeys(one.method for one in done.objectives))}). "
+        f"Both on the same {count(done.samples)} draws of seed {done.seed}, which the search has not seen. Difference: winner "
+        f"minus campaign as it is, in pairs, {confidence} confidence, each by itself ({methods}). "
         "Optimism: by how much the winner looked better in the search than it is."
     )
     tables: list[Table | str] = [Table(caption, head, rows)]
@@ -86,7 +94,11 @@ def section(found: Searched) -> Section | None:
             for n, one in enumerate(done.requirements)
         )
         words = "Requirements on the same draws. p: McNemar's exact test against “the winner complies as often”, one-sided."
-        tables.append(Table(words, ("requirement", "winner", "campaign as it is", "with the winner alone", "without it alone", "p"), required))
+        tables.append(
+            Table(
+                words, ("requirement", "winner", "campaign as it is", "with the winner alone", "without it alone", "p"), required
+            )
+        )
     tables.append("The winner is a campaign of its own; its run and that of the campaign as it is have reports of their own:")
     files = (
         ("best campaign", Code("best.yaml")),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rvjax.searched import Row, Searched
+from rvjax.searched import Searched
 from rvjax.sections import plot
 from rvjax.sections.page import Drawing, Section
 from rvjax.sections.wording import axis_label, count, quantity
@@ -60,22 +60,12 @@ def section(found: Searched) -> Section:
 
 def best_so_far(found: Searched) -> list[tuple[int, float]]:
     """(candidate, first objective) of each that was better than all before it."""
-    key = _key(found)
     best, line = found.row[OWN], [(0, found.row[OWN].objectives[0])]
     for row in sorted(found.rows, key=lambda row: row.candidate):
-        if not row.left and row.score and key(row) < key(best):
+        if not row.left and row.score and (row.violation, row.score) < (best.violation, best.score):
             best = row
             line.append((row.candidate, row.objectives[0]))
     return [(number, value) for number, value in line if math.isfinite(value)]
-
-
-def _key(found: Searched):  # noqa: ANN202
-    del found
-
-    def key(row: Row) -> tuple[float, list[float]]:
-        return row.violation, row.score
-
-    return key
 
 
 def _lead(found: Searched) -> str:

@@ -31,4 +31,9 @@ def section(found: Searched) -> Section:
         "Candidates that began a round, and how many left after it: by a test that they are worse than the best, or by halving. "
         f"{count(cost.own)} flights more of the campaign as it is; {count(idle)} lanes filled chunks up."
     )
-    return Section("races", "Races and cost", lead, (Table(caption, ("round", "samples", "began", "left by a test", "left by halving"), rows),))
+    return Section(
+        "races",
+        "Races and cost",
+        lead,
+        (Table(caption, ("round", "samples", "began", "left by a test", "left by halving"), rows),),
+    )

@@ -19,7 +19,11 @@ def section(found: Searched) -> Section | None:
     rows = tuple(
         (
             Code(one.name),
-            Number(f"sensitivity.{one.name}", Estimate(one.share.value, one.share.low, one.share.high, n, CONFIDENCE, "given data"), percent=True),
+            Number(
+                f"sensitivity.{one.name}",
+                Estimate(one.share.value, one.share.low, one.share.high, n, CONFIDENCE, "given data"),
+                percent=True,
+            ),
             f"{one.p:.2g}",
         )
         for one in ordered
@@ -30,5 +34,11 @@ def section(found: Searched) -> Section | None:
         "alone (given-data estimate over classes of equal size, 0 in the mean where there is none); p by permutation. Candidates "
         "of a search that follows what it finds are not spread evenly: values that it moved together share what they explain."
     )
-    lead = f"{', '.join(clear)} clearly decide the objective." if len(clear) > 1 else f"{clear[0]} clearly decides the objective." if clear else "No value clearly decides the objective alone."
+    lead = (
+        f"{', '.join(clear)} clearly decide the objective."
+        if len(clear) > 1
+        else f"{clear[0]} clearly decides the objective."
+        if clear
+        else "No value clearly decides the objective alone."
+    )
     return Section("sensitivity", "Which values matter", lead, (Table(caption, ("value", "explains", "p"), rows),))

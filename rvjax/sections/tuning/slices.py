@@ -43,7 +43,14 @@ def _slices(found: Searched, rows: list[Row], free: list) -> Drawing:  # type: i
         axis.scatter(x[whole], y[whole], s=20, color=plot.BLUE, lw=0, label="flew all samples")
         if found.best:
             best = found.row[found.best]
-            axis.scatter(_positions(one.name, one.scale, [best], found), [shown(found, 0, best.objectives[0])], s=60, color=plot.GREEN, lw=0, label="winner")
+            axis.scatter(
+                _positions(one.name, one.scale, [best], found),
+                [shown(found, 0, best.objectives[0])],
+                s=60,
+                color=plot.GREEN,
+                lw=0,
+                label="winner",
+            )
         if one.own is not None and one.scale != "levels":
             axis.axvline(float(one.own), color=plot.RED, lw=1.0, ls=(0, (4, 3)), label="campaign as it is")
         if one.scale == "log":

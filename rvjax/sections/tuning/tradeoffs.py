@@ -42,8 +42,12 @@ def section(found: Searched) -> Section | None:
     listed = sorted((found.row[one] for one in front), key=lambda row: row.objectives[0])[:20]
     rows = tuple(_row(found, row, names) for row in listed)
     head = ("candidate", *(one.text for one in found.objectives), *names)
-    caption = f"Best trade-offs among candidates that flew all samples{', the first 20' if len(front) > 20 else ''}; on the draws of the search."
-    body = (Drawing("tuning-trade-offs", "Candidates that flew all samples, on the draws of the search.", figure), Table(caption, head, rows))
+    some = ", the first 20" if len(front) > 20 else ""
+    caption = f"Best trade-offs among candidates that flew all samples{some}; on the draws of the search."
+    body = (
+        Drawing("tuning-trade-offs", "Candidates that flew all samples, on the draws of the search.", figure),
+        Table(caption, head, rows),
+    )
     lead = f"{len(front)} of {len(whole)} candidates that flew all samples are better than any other in something."
     return Section("trade-offs", "Objectives against each other", lead, body)
 

@@ -17,13 +17,20 @@ def said(value: Value | None) -> str:
 def section(found: Searched) -> Section:
     """Every parameter with its range, the campaign's own value and the winner's."""
     rows = tuple(
-        (Code(one.name), one.range if one.free else f"tied: {one.range}", said(one.own), said(one.best if found.best else one.own))
+        (
+            Code(one.name),
+            one.range if one.free else f"tied: {one.range}",
+            said(one.own),
+            said(one.best if found.best else one.own),
+        )
         for one in found.parameters
     )
     lead = f"{sum(one.free for one in found.parameters)} values were searched by {found.method}."
     edge = [one.name for one in found.parameters if one.free and found.best and _at_the_edge(found, one.name)]
     notes = (f"At the edge of its range: {', '.join(edge)}. A wider one may hold something better.",) if edge else ()
-    return Section("values", "Values", lead, (Table("In the units of the campaign file.", ("value", "range", "own", "winner"), rows), *notes))
+    return Section(
+        "values", "Values", lead, (Table("In the units of the campaign file.", ("value", "range", "own", "winner"), rows), *notes)
+    )
 
 
 def _at_the_edge(found: Searched, name: str) -> bool:
