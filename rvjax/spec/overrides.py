@@ -24,13 +24,14 @@ def override(source: Source, assignments: Sequence[str]) -> Source:
     return replace(changed, findings=(*source.findings, *findings))
 
 
-def value_at(value: Any, path: str) -> tuple[bool, Any]:
+def value_at(said: Any, path: str) -> tuple[bool, Any]:
     """Whether a campaign says something at a place, and what."""
+    value: Any = said
     for step in path.split("."):
-        key = _key(value, step)
+        key: Any = _key(value, step)
         if key is None or (is_mapping(value) and step not in value):
             return False, None
-        value = value[step] if is_mapping(value) else value[int(key)]
+        value = value[key]
     return True, value
 
 
