@@ -1,4 +1,8 @@
 """Searches: how the next candidates of a tuning are chosen, one file each."""
 
-MEMBERS: dict[str, str] = {}
+MEMBERS = {
+    "grid": "rvjax.searches.grid",
+    "random": "rvjax.searches.random",
+    "sobol": "rvjax.searches.sobol",
+}
 """Name in a campaign → module; of those that need an extra, the module says which."""
