@@ -4,5 +4,6 @@ MEMBERS = {
     "grid": "rvjax.searches.grid",
     "random": "rvjax.searches.random",
     "sobol": "rvjax.searches.sobol",
+    "cma-es": "rvjax.searches.cma_es",
 }
 """Name in a campaign → module; of those that need an extra, the module says which."""
