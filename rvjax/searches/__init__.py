@@ -5,5 +5,6 @@ MEMBERS = {
     "random": "rvjax.searches.random",
     "sobol": "rvjax.searches.sobol",
     "cma-es": "rvjax.searches.cma_es",
+    "gradient": "rvjax.searches.gradient",
 }
 """Name in a campaign → module; of those that need an extra, the module says which."""
