@@ -17,7 +17,7 @@ from typing import Any, Generic, TypeVar
 from rvjax.errors import UsageError
 from rvjax.spec import Model
 
-FAMILIES = ("controllers", "disturbances", "faults", "metrics", "navigation", "samplers")
+FAMILIES = ("controllers", "disturbances", "faults", "metrics", "navigation", "samplers", "searches")
 
 P = TypeVar("P", bound=Model)
 
