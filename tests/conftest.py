@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 
 import hypothesis
 import pytest
+import typer
 
 from rvjax import process
 from tests.program import Run
@@ -17,6 +19,9 @@ from tests.short import CAMPAIGN, SHORT
 process.configure("float64")
 hypothesis.settings.register_profile("untimed", deadline=None)  # a busy machine is no failure
 hypothesis.settings.load_profile("untimed")
+
+typer.main.get_command = functools.cache(typer.main.get_command)
+"""The command line is put together once, as in a process of a user: 20 ms, which thousands of calls in one process would pay."""
 
 FIGURE = "figure"
 
