@@ -59,6 +59,7 @@ def test_one_flyer_compiles_once(count: Count) -> None:
         assert count()[BUILT] == (5 if place == 0 else 0), place
 
 
+@pytest.mark.usefixtures("bare")
 def test_another_run_of_the_same_structure_finds_its_programs(count: Count, tmp_path: Path) -> None:
     """Kills: a seed, a range, a gain, a duration or a number of samples that makes another program. The cache is the user's own:
     what the first run compiles, the second finds."""
