@@ -81,7 +81,10 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 @pytest.fixture(scope="session")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The run folder of the short campaign."""
+    """The run folder of the short campaign; of the report only the section that draws nothing."""
+    from rvjax import sections
     from rvjax.run import run
 
-    return run(CAMPAIGN, tmp_path_factory.mktemp("flown") / "run", SHORT)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(sections, "SECTIONS", (sections.provenance.section,))
+        return run(CAMPAIGN, tmp_path_factory.mktemp("flown") / "run", SHORT)
