@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 
 import hypothesis
 import pytest
+import typer
 
 from rvjax import process
 from tests.program import Run
@@ -17,6 +19,9 @@ from tests.short import CAMPAIGN, SHORT
 process.configure("float64")
 hypothesis.settings.register_profile("untimed", deadline=None)  # a busy machine is no failure
 hypothesis.settings.load_profile("untimed")
+
+typer.main.get_command = functools.cache(typer.main.get_command)
+"""The command line is put together once, as in a process of a user: 20 ms, which thousands of calls in one process would pay."""
 
 FIGURE = "figure"
 
@@ -76,7 +81,10 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 @pytest.fixture(scope="session")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The run folder of the short campaign."""
+    """The run folder of the short campaign; of the report only the section that draws nothing."""
+    from rvjax import sections
     from rvjax.run import run
 
-    return run(CAMPAIGN, tmp_path_factory.mktemp("flown") / "run", SHORT)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(sections, "SECTIONS", (sections.provenance.section,))
+        return run(CAMPAIGN, tmp_path_factory.mktemp("flown") / "run", SHORT)

@@ -58,9 +58,11 @@ class Tell:
         """Of each requirement that does not pass the sample to look at first, where somebody is told."""
         if self.junit_xml is None and not output.as_json:
             return [None] * len(verdicts)
-        from rvjax.ci.worst import worst_sample
+        from rvjax.ci.worst import worst_samples
 
-        return [None if one.verdict == "PASS" else worst_sample(folder, one.requirement) for one in verdicts]
+        failing = [place for place, one in enumerate(verdicts) if one.verdict != "PASS"]
+        found = dict(zip(failing, worst_samples(folder, [verdicts[place].requirement for place in failing]), strict=True))
+        return [found.get(place) for place in range(len(verdicts))]
 
     def compare(self, folder: Path, output: Output) -> Sequence[Comparison]:
         """The run against the baseline, where one is given; then the baseline that it makes itself."""

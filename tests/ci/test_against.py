@@ -17,7 +17,7 @@ from scipy import stats
 
 from rvjax import against
 from rvjax.ci import github
-from rvjax.ci.worst import worst_sample
+from rvjax.ci.worst import worst_samples
 from rvjax.errors import UsageError
 from rvjax.results import RunFolder
 from rvjax.spec import Requirement
@@ -191,7 +191,7 @@ def test_what_cannot_be_compared_is_an_error_in_every_output(
 
 def test_the_worst_sample_of_a_requirement(made: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By pandas, over four chunks. Kills: the report's order for every requirement, the best for the worst, the worst of
-    the last chunk only, a class that is not kept to."""
+    the last chunk only, a class that is not kept to, or that is another requirement's."""
     folder = RunFolder.open(made(tmp_path / "run", 900, (0.97, 0.02, 0.01), kept=0))
     assert len(folder.chunks) == 4
     monkeypatch.setattr("rvjax.results.folder.neighbours", lambda chunks: ([one] for one in chunks))
@@ -199,9 +199,9 @@ def test_the_worst_sample_of_a_requirement(made: Callable[..., Path], tmp_path: 
     lost = frame.index[frame["outcome"] == "not_finite"]
     mass, fuel = frame["draw.pursuer.mass_kg"], frame["metric.delta_v_m_s"]
 
-    def worst(where: Mapping[str, float], **said: object) -> int | None:
+    def on_fuel(where: Mapping[str, float], **said: object) -> Requirement:
         given = {"metric": "delta_v_m_s", "where": {"pursuer.mass_kg": where}, **said}
-        return worst_sample(folder, Requirement(**given))  # pyright: ignore
+        return Requirement(**given)  # pyright: ignore
 
     edges = sorted([*mass[lost], 0.0, 1e3])
     low, high = max(itertools.pairwise(edges), key=lambda pair: ((mass > pair[0]) & (mass < pair[1])).sum())
@@ -209,12 +209,12 @@ def test_the_worst_sample_of_a_requirement(made: Callable[..., Path], tmp_path: 
     kept = fuel[(mass > low) & (mass < high)]
     assert len(kept) > 100
     assert {int(kept.idxmax()) // 256, int(kept.idxmin()) // 256}.isdisjoint({3})
-    assert worst(sound, below=1.0, at_least=0.5) == kept.idxmax()
-    assert worst(sound, above=1.0, at_least=0.5) == kept.idxmin()
-    assert worst(sound, above=1.0, at_most=0.5) == kept.idxmax()
-    assert worst({"at_least": 0.0}, above=1.0, at_least=0.5) == lost[0]
-    assert worst({"at_least": 1e6}, below=1.0, at_least=0.5) is None
-    assert (
-        worst_sample(folder, Requirement(metric="captured", at_least=0.9))
-        == worst_first(frame.reset_index(), folder.columns())[0]
+    expected = (
+        (on_fuel(sound, below=1.0, at_least=0.5), kept.idxmax()),
+        (on_fuel(sound, above=1.0, at_least=0.5), kept.idxmin()),
+        (on_fuel(sound, above=1.0, at_most=0.5), kept.idxmax()),
+        (on_fuel({"at_least": 0.0}, above=1.0, at_least=0.5), lost[0]),
+        (on_fuel({"at_least": 1e6}, below=1.0, at_least=0.5), None),
+        (Requirement(metric="captured", at_least=0.9), worst_first(frame.reset_index(), folder.columns())[0]),
     )
+    assert worst_samples(folder, [one for one, _ in expected]) == [sample for _, sample in expected]

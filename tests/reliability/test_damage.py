@@ -11,15 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rvjax import report
+from rvjax import report, sections
 from rvjax.errors import FolderError
 from rvjax.results import RunFolder
+from rvjax.sections import captured, verdicts
 from tests.program import Run
 from tests.report.conftest import make
 from tests.results.conftest import create, fly, lacking, resume
 
 MUTATIONS = {False: 10_000, True: 100_000}
 """By whether the suite runs in its full numbers."""
+
+SHOWN = (verdicts.section, captured.section)
+"""Sections of the report: with all of them, most of a check would be sums of megabytes of figures."""
 
 PARTS = 4
 HEALED = 200
@@ -74,9 +78,11 @@ def damage(path: Path, data: bytes, generator: np.random.Generator) -> Damage:
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished run with its report."""
+    """A finished run with its report, of which a few sections have every kind of file."""
     path = make(tmp_path_factory.mktemp("whole") / "run")
-    report.build(path)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(sections, "SECTIONS", SHOWN)
+        report.build(path)
     RunFolder.open(path).verify()
     return path
 
@@ -97,7 +103,10 @@ def test_no_damage_is_silent(part: int, whole: Path, full: bool, figure: Callabl
     """
     generator = np.random.default_rng([20181, part])
     paths = sorted(path for path in whole.rglob("*") if path.is_file())
-    assert {path.name for path in paths} > {"SHA256SUMS", "campaign.yaml", "journal.jsonl", "manifest.json", "report.html"}
+    names = {"SHA256SUMS", "campaign.yaml", "journal.jsonl", "manifest.json", "report.html", "report.md", "summary.json"}
+    assert {path.name for path in paths} > names
+    assert {path.suffix for path in whole.glob("figures/*")} == {".svg", ".png"}
+    assert {path.parent.name for path in paths} == {whole.name, "samples", "envelopes", "traces", "figures"}
     good = {path: path.read_bytes() for path in paths}
     kinds: Counter[str] = Counter()
     for number in range(MUTATIONS[full] // PARTS):

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax import family, report
+from rvjax import family, report, sections
 from rvjax.audit import Audit
 from rvjax.batch import LANES
 from rvjax.check import judge_folder
@@ -25,6 +25,8 @@ CHUNKS = {0.0: 50, 1e-4: 50, 0.01: 10, 0.5: 5, 1.0: 3}
 DURATION, STEP = 4.0, 0.1
 REPORTED = 0.5
 """Of this share the report is made as well."""
+
+SECTIONS = sections.SECTIONS
 
 SETS = (
     f"horizon={{duration_s: {DURATION}, step_s: {STEP}}}",
@@ -61,8 +63,7 @@ def test_broken_flights_are_counted_and_disturb_no_other(
     """Kills: a broken sample left out of a share, counted as captured or as not settled, taken for one that was never flown; a
     NaN that spreads to other lanes; infinities that pass for numbers; an overflow that is a large number in the table.
     """
-    build = report.build
-    monkeypatch.setattr(report, "build", lambda folder: Path(folder))
+    monkeypatch.setattr(sections, "SECTIONS", ())
     unproved = Audit(0, 0, (), {}, {})  # where all flights break, most dispersions do nothing
     monkeypatch.setattr("rvjax.run.prove", lambda problem, flyer, baseline: unproved)
     counts: list[str] = []
@@ -93,7 +94,9 @@ def test_broken_flights_are_counted_and_disturb_no_other(
         for verdict, successes in zip(judge_folder(path), ((captured & ~lost).sum(), (~lost).sum()), strict=True):
             assert (verdict.n, verdict.successes) == (n, successes)
         if share == REPORTED:
-            build(path)
+            monkeypatch.setattr(sections, "SECTIONS", SECTIONS)
+            report.build(path)
+            monkeypatch.setattr(sections, "SECTIONS", ())
             summary = json.loads((path / "summary.json").read_text())
             assert summary["account"] == vars(account)
             success = summary["numbers"]["captured.share"]

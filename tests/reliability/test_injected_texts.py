@@ -7,7 +7,8 @@ import re
 import shutil
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -99,11 +100,11 @@ def check_page(found: Page, twin: Page) -> None:
     assert all(re.fullmatch("#[a-zA-Z][a-zA-Z0-9-]*", value) for value in found.references)
 
 
-def tokens(text: str) -> Iterator[Token]:
-    """What a reader of CommonMark with tables makes of a text, in order."""
-    for token in MarkdownIt("commonmark").enable("table").parse(text):
-        yield token
-        yield from token.children or ()
+@lru_cache(maxsize=2)
+def tokens(text: str) -> tuple[Token, ...]:
+    """What a reader of CommonMark with tables makes of a text, in order; a page and its twin are read once."""
+    blocks = MarkdownIt("commonmark").enable("table").parse(text)
+    return tuple(part for token in blocks for part in (token, *(token.children or ())))
 
 
 def check_markdown(text: str, twin: str) -> None:

@@ -59,13 +59,15 @@ def test_one_flyer_compiles_once(count: Count) -> None:
         assert count()[BUILT] == (5 if place == 0 else 0), place
 
 
+@pytest.mark.usefixtures("bare")
 def test_another_run_of_the_same_structure_finds_its_programs(count: Count, tmp_path: Path) -> None:
     """Kills: a seed, a range, a gain, a duration or a number of samples that makes another program. The cache is the user's own:
     what the first run compiles, the second finds."""
-    run(CAMPAIGN, tmp_path / "first", SHORT)
+    short = [*SHORT, "horizon.step_s=0.2"]
+    run(CAMPAIGN, tmp_path / "first", short)
     count()
-    run(CAMPAIGN, tmp_path / "second", [*SHORT, *OTHER])
+    run(CAMPAIGN, tmp_path / "second", [*short, *OTHER])
     found = count()
     assert (found[BUILT], found[HIT], found[MISSED]) == (5, 5, 0)
-    run(CAMPAIGN, tmp_path / "third", [*SHORT, "controller.nussbaum=none"])
+    run(CAMPAIGN, tmp_path / "third", [*short, "controller.nussbaum=none"])
     assert count()[BUILT] == 5

@@ -13,8 +13,14 @@ from rvjax.results import RunFolder
 from rvjax.run import TRACED, run
 from tests.short import CAMPAIGN, SHORT
 
-SOME = [*SHORT, "samples=220", "controller={use: pd-plus}", "capture={position_m: 18, attitude_mrp: 1, window_s: 5}"]
-"""Not every sample is captured."""
+SOME = [
+    *SHORT,
+    "samples=220",
+    "horizon={duration_s: 20, step_s: 0.2}",
+    "controller={use: pd-plus}",
+    "capture={position_m: 18, attitude_mrp: 1, window_s: 5}",
+]
+"""Not every sample is captured; few steps, since of most samples every one is kept."""
 
 
 def kept(folder: Path) -> list[int]:
@@ -42,7 +48,7 @@ def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path) -> None:
     assert 220 - len(before) > TRACED, "several groups"
     assert {name: (folder / "traces" / name).read_bytes() for name in before} == before
     opened = RunFolder.open(folder)
-    for sample in (0, 77, 219):
+    for sample in (77, 219):
         again, _, row = replay(folder, sample)
         pd.testing.assert_frame_equal(opened.trace(sample), again, check_exact=True)
         last = opened.trace(sample).iloc[-1]

@@ -137,7 +137,8 @@ def test_outcomes_do_not_depend_on_the_settings(flown: Path, tmp_path: Path) -> 
     off = f"--xla_cpu_prefer_vector_width=256 --{EXTRA}=xla_cpu_use_multi_output_fusion=false"
     sets = [part for one in SHORT for part in ("--set", one)]
     words = ["rvjax", "run", str(CAMPAIGN), "--out", str(tmp_path / "run"), "--quiet", *sets]
-    done = python(f"from rvjax.cli import main; import sys; sys.argv = {words!r}; main()", XLA_FLAGS=off)
+    bare = "from rvjax import sections; sections.SECTIONS = ()"
+    done = python(f"{bare}; from rvjax.cli import main; import sys; sys.argv = {words!r}; main()", XLA_FLAGS=off)
     assert done.returncode == 3, done.stderr
     plain, ours = (RunFolder.open(folder).samples().frame for folder in (tmp_path / "run", flown))
     assert plain["outcome"].tolist() == ours["outcome"].tolist()

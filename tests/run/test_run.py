@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax import tables
+from rvjax import sections, tables
 from rvjax.batch import LANES
 from rvjax.check import judge_folder
 from rvjax.columns import CHANNELS
@@ -105,7 +105,7 @@ def test_worst_traces_are_kept_and_thinned(flown: Path) -> None:
 def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path, figure: Callable[[str], None]) -> None:
     """Kills: draws that depend on the number of samples, a chunk flown twice with another result, pads in the table."""
     first, then = 2 * LANES + 168, 3 * LANES + 50
-    quick = [*SHORT, QUICK, "require=[]"]
+    quick = [*SHORT, QUICK, "require=[]", "keep={worst: 0}"]
     fewer = table(run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={first}"]))
     flown: list[int] = []
     more = table(run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={then}"], progress=lambda done, total: flown.append(done)))
@@ -140,10 +140,10 @@ def test_the_verdict_is_on_the_requirements_given_last(flown: Path, tmp_path: Pa
 def test_kept_traces_are_those_of_the_worst_samples(tmp_path: Path) -> None:
     """A folder that grows from 5 to 60 samples. Kills: traces of samples that are no longer among the worst; a trace whose bits
     depend on the samples it is flown beside."""
-    run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=5", "require=[]"])
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, "samples=5", "require=[]"])
     folder = RunFolder.open(tmp_path / "run")
     first = {sample: folder.trace(sample) for sample in folder.trace_samples()}
-    run(CAMPAIGN, tmp_path / "run", [*SHORT, "samples=60", "require=[]"])
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, "samples=60", "require=[]"])
     kept = set(RunFolder.open(tmp_path / "run").trace_samples())
     assert kept == set(open_run(tmp_path / "run").totals.worst["sample"])
     for sample in list(first)[:2]:
@@ -151,8 +151,11 @@ def test_kept_traces_are_those_of_the_worst_samples(tmp_path: Path) -> None:
         pd.testing.assert_frame_equal(again, first[sample], check_exact=True)
 
 
-def test_the_audit_is_kept_and_renewed_where_something_is_flown(flown: Path, tmp_path: Path) -> None:
+def test_the_audit_is_kept_and_renewed_where_something_is_flown(
+    flown: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Kills: a proof that nobody can look up afterwards; one of earlier flights that is taken for one of those flown since."""
+    monkeypatch.setattr(sections, "SECTIONS", (sections.provenance.section,))
     kept = RunFolder.open(flown).audit
     assert kept is not None
     draws = [name for name in table(flown) if name.startswith("draw.")]
