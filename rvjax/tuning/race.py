@@ -7,7 +7,7 @@ After each round but the last a candidate leaves
     by a test    that it is worse than the best of the round, in pairs (`Judge.p_worse`), with Holm's correction over the
                  candidates, each round at risk/R: the best of all is thrown out by a test with probability ≤ risk, as far as
                  the tests keep theirs
-    by halving   if it is not among the best `keep` of those that began the round
+    by halving   if it is not among the best `keep` of those that began the round, the best so far not counted
 
 Hard samples are flown in the first round as well: a candidate that fails more of them than the best one does, by the same test,
 leaves. They never enter a score, so no score is that of chosen samples.
@@ -108,8 +108,9 @@ def race(
         if number == 0 and rules.hard:
             hard = np.array(rules.hard, dtype=np.int64)
             worse |= _failing(order, {one: runners.table(one, hard) for one in running}, judge, rules.risk / last)
-        most = max(1, math.ceil(rules.keep * len(running)))
-        stay = [one for one in order if one not in worse]
+        challengers = [one for one in order if one != incumbent]
+        most = max(1, math.ceil(rules.keep * len(challengers)))
+        stay = [one for one in challengers if one not in worse]
         for one in running:
             if one != incumbent:
                 standings[one].left = "test" if one in worse else "" if one in stay[:most] else "halving"
