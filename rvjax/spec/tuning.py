@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
 from rvjax.spec.choice import Choice, OneChoice
 from rvjax.spec.fields import Model, count, flag, number, option, part
 from rvjax.spec.parameters import Parameter, Parameters
-from rvjax.spec.problem import Problem, refuse
-from rvjax.spec.values import is_mapping
+from rvjax.spec.problem import Problem, problems, refuse
+from rvjax.spec.values import is_list
 
 _FORMS = ("quantile", "cvar", "mean", "probability")
 
@@ -93,15 +93,32 @@ class Confirmation(Model):
     confidence: float = number("1", default=0.95, at_least=0.5, below=1.0, doc="of the comparison with the campaign's own values")
 
 
-def _list(given: Any) -> Any:
-    return (given,) if is_mapping(given) else given
+def _objectives(given: Any) -> tuple[Objective, ...]:
+    """One objective, or a list of them; problems have the places that the file has."""
+    if not is_list(given):
+        return (Objective.model_validate(given),)
+    if not given:
+        refuse(Problem("found an empty list", "accepted: one objective or more"))
+    found: list[Problem] = []
+    read: list[Objective] = []
+    for index, said in enumerate(given):
+        try:
+            read.append(Objective.model_validate(said))
+        except ValidationError as error:
+            found += [one.below((index,)) for one in problems(error)]
+    return refuse(*found) if found else tuple(read)
+
+
+_OBJECTIVES = WithJsonSchema(
+    {"anyOf": [Objective.model_json_schema(), {"type": "array", "items": Objective.model_json_schema(), "minItems": 1}]}
+)
 
 
 class Tuning(Model):
     """A search for better values of a campaign, on draws that are the same for all candidates."""
 
     parameters: Annotated[Mapping[str, Parameter], Parameters()] = part(doc="what is varied, by its place, and over which range")
-    objective: Annotated[tuple[Objective, ...], BeforeValidator(_list)] = part(
+    objective: Annotated[tuple[Objective, ...], BeforeValidator(_objectives), _OBJECTIVES] = part(
         doc="one, or a list; the requirements of the campaign come before all of them"
     )
     goal: Goal = option(
@@ -113,13 +130,6 @@ class Tuning(Model):
     seed: int | None = count(default=None, doc="of the draws of the search and of the search; one above the campaign's")
     race: Race = part(default={}, doc="how many samples a candidate flies")
     confirm: Confirmation = part(default={}, doc="the verdict in the end")
-
-    @field_validator("objective")
-    @classmethod
-    def _some(cls, objectives: tuple[Objective, ...]) -> tuple[Objective, ...]:
-        if not objectives:
-            refuse(Problem("found an empty list", "accepted: one objective or more"))
-        return objectives
 
     @field_validator("samples")
     @classmethod

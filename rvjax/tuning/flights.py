@@ -61,14 +61,15 @@ class Flights:
         self._flown: dict[int, dict[int, int]] = {}
         self._rows: list[pd.DataFrame] = []
         self._programs: dict[tuple[str, Any], Flyer] = {}
+        self._structures: set[str] = set()
         self._chunks = 0
         self._most = most
         self.flights = 0
 
     @property
     def programs(self) -> int:
-        """How many programs have been compiled."""
-        return len(self._programs)
+        """How many programs it takes to fly everything: one for each kind of functions."""
+        return len(self._structures)
 
     @property
     def lanes(self) -> int:
@@ -109,6 +110,7 @@ class Flights:
         groups: dict[tuple[str, int], list[Row]] = {}
         for row in todo:
             problem = self._problem(row[0])
+            self._structures.add(problem.structure)
             groups.setdefault((problem.structure, problem.spec.horizon.steps), []).append(row)
         chunks = [chunk for rows in groups.values() for chunk in _chunks(rows)]
         first, self._chunks = self._chunks, self._chunks + len(chunks)

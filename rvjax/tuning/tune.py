@@ -101,7 +101,7 @@ def tune(
     process.configure(first.problem.spec.precision)
     spec = first.problem.spec
     seed = spec.seed + 1 if tuning.seed is None else tuning.seed
-    space, _ = Space.of(path, (*overrides, f"seed={seed}"))
+    space, _ = Space.of(path, (*overrides, f"seed={seed}", f"tune.seed={seed}", f"tune.confirm.seed={_fresh(spec)}"))
     judge = Judge(spec.require, [Measure.of(one, _columns(space)) for one in tuning.objective], tuning.goal)
     mine = _identity(space, tuning)
     place = Path(out) if out is not None else Path("reports") / spec.name / f"tune-{short(mine)}"
@@ -139,6 +139,12 @@ def tune(
     return place, found
 
 
+def _fresh(spec: Spec) -> int:
+    """The seed of the confirmation."""
+    assert spec.tune is not None
+    return spec.seed if spec.tune.confirm.seed is None else spec.tune.confirm.seed
+
+
 def _samples(spec: Spec) -> int:
     assert spec.tune is not None
     return spec.samples if spec.tune.confirm.samples is None else spec.tune.confirm.samples
@@ -168,11 +174,7 @@ def _confirmed(
 ) -> Any:
     """Flies the winner and the campaign as it is on fresh draws, and judges them."""
     tuning = search.tuning
-    fresh = [
-        f"samples={_samples(spec)}",
-        f"seed={spec.seed if tuning.confirm.seed is None else tuning.confirm.seed}",
-        "baselines=[]",
-    ]
+    fresh = [f"samples={_samples(spec)}", f"seed={_fresh(spec)}", "baselines=[]", "tune.seed=null"]
     run.run(place / searched.BEST, place / searched.TUNED, ["baselines=[]"], progress, command)
     run.run(path, place / searched.OWN, [*overrides, *fresh], progress, command)
     samples = np.arange(search.standings[search.best].samples, dtype=np.int64)

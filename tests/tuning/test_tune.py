@@ -1,0 +1,240 @@
+"""A tuning from its campaign to its folder: what flew, what it found, and that nothing of it depends on how it came about."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rvjax import batch, searched
+from rvjax.batch import LANES, Flyer
+from rvjax.campaign import load
+from rvjax.draw import Draws
+from rvjax.errors import FolderError
+from rvjax.results import RunFolder
+from rvjax.searched import Searched
+from rvjax.spec.overrides import value_at
+from rvjax.spec.source import read
+from rvjax.tuning import tune as tuning
+from tests.program import Run
+from tests.tuning.short import write
+
+KEPT = ("search.json", "candidates.csv", "best.yaml", "report.md")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _bare() -> Iterator[None]:
+    """Reports of the two runs without sections: they are looked at elsewhere."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr("rvjax.sections.SECTIONS", ())
+        yield
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write(tmp_path_factory.mktemp("campaign"))
+
+
+@pytest.fixture(scope="module")
+def compiles() -> list[int]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def tuned(campaign: Path, tmp_path_factory: pytest.TempPathFactory, compiles: list[int]) -> tuple[Path, Searched]:
+    """The undisturbed tuning; counts the programs that are compiled before it is confirmed."""
+    with pytest.MonkeyPatch.context() as monkeypatch:
+
+        class Counted(batch.Programs):
+            def __new__(cls, *programs: Any) -> batch.Programs:
+                compiles.append(1)
+                return super().__new__(cls, *programs)
+
+        def told(line: str) -> None:
+            if line.startswith("confirming"):
+                compiles.append(-len(compiles))
+
+        monkeypatch.setattr(batch, "Programs", Counted)
+        return tuning.tune(campaign, tmp_path_factory.mktemp("tuned") / "out", told=told)
+
+
+def test_a_sweep_is_compiled_once(tuned: tuple[Path, Searched], compiles: list[int]) -> None:
+    """Kills: a program for each candidate, for each round or each number of samples."""
+    _, found = tuned
+    assert found.cost.programs == 1
+    assert compiles[:2] == [1, -1]
+    assert len(found.rows) == 19
+
+
+def test_a_candidate_flies_as_its_campaign_does(tuned: tuple[Path, Searched], campaign: Path) -> None:
+    """Bit for bit, whatever lanes it flew in. Kills: draws that differ between candidates, values that are not those that are
+    written, lanes that are mixed up, a score of other samples."""
+    place, found = tuned
+    folder = RunFolder.open(place)
+    flights = folder.samples().frame
+    seed = found.seed
+    assert seed == 6
+    for one in (found.row[found.best], found.rows[0], found.rows[-1]):
+        sets = [f"{name}={value}" for name, value in one.values.items() if "." in name]
+        problem = load(campaign, [*sets, f"seed={seed}"])
+        _, drawn = Draws.of(problem, np.arange(LANES))
+        alone = Flyer(problem.loop, problem.metrics).fly(drawn, problem.spec.horizon.steps, problem.spec.horizon.steps)
+        own = flights[flights["search.candidate"] == one.candidate].drop_duplicates("search.sample")
+        assert {*range(one.samples)} <= {*own["search.sample"]}
+        expected = alone.values["settling_time_s"][own["search.sample"].to_numpy()]
+        np.testing.assert_array_equal(own["metric.settling_time_s"].to_numpy(), expected)
+        first = np.sort(alone.values["settling_time_s"][: one.samples])
+        assert one.objectives == [first[int(np.ceil(0.8 * one.samples - 1e-9)) - 1]]
+
+
+def test_the_winner_is_the_best_of_those_that_flew_everything(tuned: tuple[Path, Searched]) -> None:
+    """Kills: a winner that left a race, one that misses a requirement while another does not, the last in the place of the best."""
+    _, found = tuned
+    whole = [row for row in found.rows if not row.left]
+    assert all(row.samples == 64 for row in whole)
+    assert found.best == min(whole, key=lambda row: (row.violation, row.score, row.candidate)).candidate
+    assert found.best != 0
+    left = [row for row in found.rows if row.left]
+    assert {row.left for row in left} <= {"test", "halving", "budget"}
+    assert sum(found.cost.by_test) + sum(found.cost.by_halving) == len(left)
+    assert found.cost.begun[0] == 18
+    assert found.cost.flights < 0.7 * found.cost.full
+
+
+def test_the_best_campaign_is_confirmed_on_draws_that_the_search_has_not_seen(
+    tuned: tuple[Path, Searched], campaign: Path
+) -> None:
+    """Kills: a confirmation on the draws of the search, on other draws for either side, of other values than those written."""
+    place, found = tuned
+    best = load(place / "best.yaml")
+    assert best.spec.tune is None
+    assert best.spec.seed == 5
+    assert best.spec.name == "short-tuning-tuned"
+    for name, value in found.row[found.best].values.items():
+        if "." in name:
+            assert value_at(read(place / "best.yaml").value, name) == (True, value)
+    new, old = (RunFolder.open(place / name) for name in ("tuned", "own"))
+    assert new.identity["campaign"] == best.fingerprint
+    assert old.identity["campaign"] == load(campaign).fingerprint
+    a, b = new.samples().frame, old.samples().frame
+    assert len(a) == len(b) == 208
+    np.testing.assert_array_equal(a["draw.pursuer.mass_kg"], b["draw.pursuer.mass_kg"])
+    search = load(campaign, ["seed=6"])
+    assert not np.isin(Draws.of(search, np.arange(64))[0].values["pursuer.mass_kg"], a["draw.pursuer.mass_kg"]).any()
+    confirmation = found.confirmation
+    assert confirmation is not None
+    (one,) = confirmation.objectives
+    rank = int(np.ceil(0.8 * 208 - 1e-9)) - 1
+    assert (one.tuned, one.own) == tuple(np.sort(frame["metric.settling_time_s"])[rank] for frame in (a, b))
+    assert one.searched == found.row[found.best].objectives[0]
+    assert one.optimism == pytest.approx(one.tuned - one.searched)
+    assert one.verdict == "better"
+    assert one.difference.high < 0.0
+    (kept,) = confirmation.requirements
+    captured = [frame["outcome"].to_numpy() == "captured" for frame in (a, b)]
+    assert kept.only_tuned == int(np.sum(captured[0] & ~captured[1]))
+    assert kept.only_own == int(np.sum(captured[1] & ~captured[0]))
+
+
+@pytest.mark.parametrize("after", [3, 0, 7])
+def test_one_that_is_stopped_and_begun_again_ends_alike(
+    tuned: tuple[Path, Searched], campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: int, full: bool
+) -> None:
+    """Kills: a search that goes another way after a stop, chunks that fly again, a state of the method that is lost."""
+    if after != 3 and not full:
+        pytest.skip("one stop is enough by default: --long")
+    place, _ = tuned
+    taken: list[int] = []
+    take = RunFolder.take
+
+    def stopping(self: RunFolder, file: Any) -> None:
+        if len(taken) == after:
+            raise KeyboardInterrupt
+        taken.append(file.entry.number)
+        take(self, file)
+
+    monkeypatch.setattr(RunFolder, "take", stopping)
+    with pytest.raises(KeyboardInterrupt):
+        tuning.tune(campaign, tmp_path / "out")
+    assert not (tmp_path / "out" / "search.json").exists()
+
+    flown: list[int] = []
+
+    def noting(self: RunFolder, file: Any) -> None:
+        if self.path == tmp_path / "out":
+            flown.append(file.entry.number)
+        take(self, file)
+
+    monkeypatch.setattr(RunFolder, "take", noting)
+    for name in (searched.TUNED, searched.OWN):  # what stops and goes on is tested with the runs
+        shutil.copytree(place / name, tmp_path / "out" / name)
+    again, _ = tuning.tune(campaign, tmp_path / "out")
+    assert sorted(taken + flown) == list(range(len(taken) + len(flown)))
+    for name in KEPT:
+        assert (again / name).read_bytes() == (place / name).read_bytes(), name
+
+
+def test_a_finished_one_flies_nothing_again(
+    tuned: tuple[Path, Searched], campaign: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Kills: a second search in the same folder."""
+    place, found = tuned
+    before = {name: (place / name).read_bytes() for name in KEPT}
+    monkeypatch.setattr(Flyer, "fly", None)
+    monkeypatch.setattr("rvjax.run._keep", lambda *given: None)
+    assert tuning.tune(campaign, place)[1] == found
+    assert {name: (place / name).read_bytes() for name in KEPT} == before
+
+
+def test_the_seed_decides(tuned: tuple[Path, Searched], campaign: Path, tmp_path: Path) -> None:
+    """Kills: a search that has no seed; another search in a folder that has one."""
+    place, found = tuned
+    with pytest.raises(FolderError, match="belongs to another run"):
+        tuning.tune(campaign, place, ["tune.seed=77"])
+    folder, other = tuning.tune(campaign, tmp_path / "out", ["tune.seed=77", "tune.budget.candidates=6"])
+    assert other.seed == 77
+    assert [row.values for row in other.rows[1:]] != [row.values for row in found.rows[1:7]]
+    assert searched.read(folder) == other
+
+
+def test_the_report_is_made_again_from_the_folder(tuned: tuple[Path, Searched], rvjax: Run, tmp_path: Path) -> None:
+    """Kills: a report that needs the search; one that is drawn of what was changed."""
+    place, _ = tuned
+    copy = tmp_path / "copy"
+    shutil.copytree(place, copy)
+    page = (copy / "report.html").read_bytes()
+    for name in ("report.html", "report.md"):
+        (copy / name).unlink()
+    code, _, said = rvjax("report", copy)
+    assert code == 0, said
+    assert (copy / "report.html").read_bytes() == page
+    text = (copy / "search.json").read_text()
+    (copy / "search.json").write_text(text.replace('"best": ', '"best": 1'))
+    code, _, said = rvjax("report", copy)
+    assert code == 5
+    assert "search.json" in said
+
+
+def test_the_program_tells_what_was_found(tuned: tuple[Path, Searched], campaign: Path, rvjax: Run) -> None:
+    """Kills: a document beside the texts; an exit code of a verdict."""
+    place, found = tuned
+    code, told, said = rvjax("tune", campaign, "--out", place, "--json")
+    document = json.loads(told)
+    assert (code, document["best"], document["folder"]) == (0, found.best, str(place))
+    code, told, said = rvjax("tune", campaign, "--out", place)
+    assert code == 0
+    assert told.startswith(
+        f"BETTER: Candidate {found.best}, on draws that the search has not seen: 0.8 quantile of settling_time_s"
+    )
+    assert f"best campaign: {place / 'best.yaml'}" in told
+    assert "18 of 18 candidates" in said
+    bad = campaign.parent / "bad.yaml"
+    bad.write_text(campaign.read_text().replace("{log: [0.02, 0.5]}", "{log: [0, 0.5]}"))
+    code, _, said = rvjax("tune", bad)
+    assert code == 2
+    assert "bad.yaml:17:35: tune.parameters.controller.gains.k_rho.log: the range 0 to 0.5 is not above 0" in said
