@@ -77,11 +77,12 @@ def damage(path: Path, data: bytes, generator: np.random.Generator) -> Damage:
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished run with its report, of which a few sections have every kind of file."""
+def whole(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
+    """A finished run with its report, of which a few sections have every kind of file; all of them in the full numbers."""
     path = make(tmp_path_factory.mktemp("whole") / "run")
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr(sections, "SECTIONS", SHOWN)
+        if not request.config.getoption("--long"):
+            monkeypatch.setattr(sections, "SECTIONS", SHOWN)
         report.build(path)
     RunFolder.open(path).verify()
     return path

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from rvjax import sections
 from rvjax.errors import FolderError
 from rvjax.report import build
 from rvjax.results import Audited, RunFolder
@@ -168,8 +169,9 @@ def test_a_damaged_folder_is_refused(made: Make, tmp_path: Path) -> None:
         build(folder)
 
 
-def test_the_audit_is_one_sentence_of_both_reports(made: Make, tmp_path: Path) -> None:
-    """Kills: a record that nobody gets to see; silence where there is none."""
+def test_the_audit_is_one_sentence_of_both_reports(made: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the section on where the samples come from. Kills: a record that nobody gets to see; silence where there is none."""
+    monkeypatch.setattr(sections, "SECTIONS", (sections.provenance.section,))
     folder = made(tmp_path / "run", 20)
     build(folder)
     nothing = "This folder has no record of an audit of its dispersions."

@@ -22,7 +22,7 @@ from rvjax.run import run
 from rvjax.sections.opened import open_run
 from tests.short import CAMPAIGN, SHORT
 
-REPLAYED = (0, LANES - 1, 2 * LANES + 167, 3 * LANES + 49)
+REPLAYED = (LANES - 1, 2 * LANES + 167, 3 * LANES + 49)
 
 QUICK = "controller={use: pd-plus}"
 
