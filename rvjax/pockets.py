@@ -27,10 +27,9 @@ doubles each time.
 CMA-ES is told the order of points alone, so that saturated and rippled margins do as well as smooth ones, and once something has
 failed the same searches go on for the most probable failure. No failure found is no proof that there is none.
 
-Sources: N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772 (2016); A. Auger & N. Hansen, CEC (2005) (restarts with
-populations that double); N. Hansen, GECCO (2009) (BIPOP); M. Preuss, GECCO (2010) (nearest-better clustering); A. M. Hasofer & N. C.
-Lind, J. Eng. Mech. Div. ASCE 100 (1974) 111 (most probable point); R. Rackwitz & B. Fiessler, Computers & Structures 9 (1978) 489
-(its iteration with gradients).
+Sources: N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772 (2016); A. Auger & N. Hansen, CEC (2005) (growing
+restarts); N. Hansen, GECCO (2009) (BIPOP); M. Preuss, GECCO (2010) (nearest-better clustering); A. M. Hasofer & N. C. Lind,
+J. Eng. Mech. Div. ASCE 100 (1974) 111 (most probable point); R. Rackwitz & B. Fiessler, Comput. Struct. 9 (1978) 489 (descent).
 """
 
 from __future__ import annotations
@@ -55,10 +54,9 @@ SCREENED, MOST_SCREENED, WIDEST = 0.2, 8192, 2.5
 """Share of the flights that screen; at most so many, but one batch; largest stretch of a screened point."""
 NEIGHBOURS, ANYWHERE = 16, 6
 """Nearest neighbours that a start is compared with; every so many starts, one is from anywhere."""
-SEARCHES = 16
-"""Populations are so large that about so many fill a batch, where batches are large."""
+SEARCHES = 16  # populations are so large that about so many fill a batch
 STEP, SAME, FINE = 0.5, 1.0, 0.03
-"""In σ: first step from a screened point; means nearer than this are one basin; a search that scatters less has drawn together."""
+"""In σ: first step from a screened point; means nearer than this are one basin; a search that scatters less is over."""
 DESCENTS, LONGEST = 8, 1.5
 """Batches of descent where there are gradients; the longest step of a descent, in standard deviations."""
 
@@ -189,9 +187,8 @@ def _screen(log: _Log, domain: Domain, dimension: int, rng: np.random.Generator)
     normal = special.ndtri(np.clip(sobol[:, 1:], 1e-15, 1 - 1e-15))
     z = domain.inside((1 + (WIDEST - 1) * sobol[:, :1]) * normal)
     for first in range(0, count, log.batch):
-        part = z[first : first + log.batch]
         if log.rows:
-            log.note(part, log.margin(part))
+            log.note(part := z[first : first + log.batch], log.margin(part))
 
 
 def _descend(log: _Log, domain: Domain, gradient: Gradient) -> None:
