@@ -97,7 +97,7 @@ def hunt(name: str, seed: int, **options: bool) -> Found:
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_pockets_of_one_in_a_million_are_found(name: str, full: bool, figure: Callable[[str], None]) -> None:
-    """Kills: searches from the best screened points alone; a search told the margins with failures last; no end of repeats."""
+    """Kills, with --long (drafts of the search): starts at the best of many neighbours alone; no end of repeats."""
     if not full and name not in SHORT:
         pytest.skip("--long")
     found = [hunt(name, seed) for seed in range(SEEDS)]
