@@ -15,7 +15,7 @@ Symbols
     d      dimension, the number of draws of a sample                s    most_sigma, half of the side of the box
     k      radius of the ball, in standard deviations                λ    population: points in a generation of one search
 
-Steps: (1) Screening. A tenth of the flights goes to scrambled Sobol points made normal and stretched by 1 ... 2.5, as pockets lie
+Steps: (1) Screening. A fifth of the flights goes to scrambled Sobol points made normal and stretched by 1 ... 2.5, as pockets lie
 farther out than most draws. (2) Starts. A screened point is the better a start, the more of its nearest neighbours are no worse
 than itself before the first that is (the nearest-better idea): a basin is started from early even where another one has
 smaller margins everywhere. (3) Searches. CMA-ES runs from several starts at once; a batch takes its flights from as many
@@ -24,17 +24,17 @@ what another one did: the mean of a better search is inside of its cloud, or wit
 two kinds, as in BIPOP: small populations from the next screened point, and now and then one from anywhere, whose population
 doubles each time.
 
-What is told to CMA-ES is the order of the points alone, so that saturated and rippled margins do as well as smooth ones, and once
-something has failed the same searches go on for the most probable failure. No failure found is no proof that there is none.
+CMA-ES is told the order of points alone, so that saturated and rippled margins do as well as smooth ones, and once something has
+failed the same searches go on for the most probable failure. No failure found is no proof that there is none.
 
-Sources: N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772 (2016); A. Auger & N. Hansen, A restart CMA evolution
-strategy with increasing population size, CEC (2005); N. Hansen, Benchmarking a BI-population CMA-ES, GECCO (2009); M. Preuss,
-Niching the CMA-ES via nearest-better clustering, GECCO (2010); A. M. Hasofer & N. C. Lind, J. Eng. Mech. Div. ASCE 100 (1974) 111
-(most probable point); R. Rackwitz & B. Fiessler, Computers & Structures 9 (1978) 489 (its iteration with gradients).
+Sources: N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772 (2016); A. Auger & N. Hansen, CEC (2005) (growing
+restarts); N. Hansen, GECCO (2009) (BIPOP); M. Preuss, GECCO (2010) (nearest-better clustering); A. M. Hasofer & N. C. Lind,
+J. Eng. Mech. Div. ASCE 100 (1974) 111 (most probable point); R. Rackwitz & B. Fiessler, Comput. Struct. 9 (1978) 489 (descent).
 """
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -50,16 +50,14 @@ Gradient = Callable[[Values], tuple[Values, Values]]
 
 FARTHEST = 8.0
 """Largest most_sigma: beyond it Φ(z) is 1 in double precision, and no uniform number of a law."""
-SCREENED, MOST_SCREENED, WIDEST = 0.1, 4096, 2.5
+SCREENED, MOST_SCREENED, WIDEST = 0.2, 8192, 2.5
 """Share of the flights that screen; at most so many, but one batch; largest stretch of a screened point."""
 NEIGHBOURS, ANYWHERE = 16, 6
 """Nearest neighbours that a start is compared with; every so many starts, one is from anywhere."""
-SEARCHES = 16
-"""Populations are so large that about so many fill a batch, where batches are large."""
+SEARCHES = 16  # populations are so large that about so many fill a batch
 STEP, SAME, FINE = 0.5, 1.0, 0.03
-"""In standard deviations: the first step of a search from a screened point; means nearer than this are one basin; a search has
-drawn together when none of its coordinates scatters by more."""
-DESCENTS, LONGEST = 6, 1.5
+"""In σ: first step from a screened point; means nearer than this are one basin; a search that scatters less is over."""
+DESCENTS, LONGEST = 8, 1.5
 """Batches of descent where there are gradients; the longest step of a descent, in standard deviations."""
 
 
@@ -68,8 +66,7 @@ class Found:
     """What a search found. Points are in standard normal space.
 
     z: (d,) the point of the smallest margin. margin: that margin, -∞ where it was no number. flights_used: rows that were flown.
-    failures: (m, d) all points found that fail, in the order in which they were flown. history: (batches,) the smallest margin up
-    to each batch.
+    failures: (m, d) all points that failed, as they were flown. history: (batches,) the smallest margin up to each batch.
     """
 
     z: Values
@@ -106,10 +103,8 @@ def search(
     """
     if min(dimension, flights, batch) < 1:
         raise ValueError(f"dimension, flights and batch must be at least 1; found {dimension}, {flights} and {batch}")
-    if not 0 < most_sigma <= FARTHEST:
-        raise ValueError(f"most_sigma must be above 0 and at most {FARTHEST:g}; found {most_sigma}")
-    if radius is not None and not radius > 0:
-        raise ValueError(f"radius must be above 0; found {radius}")
+    if not 0 < most_sigma <= FARTHEST or (radius is not None and not radius > 0):
+        raise ValueError(f"radius and most_sigma must be above 0, most_sigma at most {FARTHEST:g}; found {radius}, {most_sigma}")
     rng = np.random.default_rng(seed)
     domain = Domain(most_sigma, radius)
     log = _Log(margin, flights, batch, until_failure, refine)
@@ -138,7 +133,7 @@ class Domain:
 
 
 class _Log:
-    """Flies batches within the flights and keeps what came of them."""
+    """What was flown so far, and how many flights are left."""
 
     def __init__(self, margin: Margin, flights: int, batch: int, until_failure: bool, refine: bool):
         self.margin, self.flights, self.batch = margin, flights, batch
@@ -152,12 +147,8 @@ class _Log:
         """How many rows the next batch has; 0 at the end."""
         return 0 if self.until_failure and self.failed else min(self.batch, self.flights - self.used)
 
-    def fly(self, z: Values) -> Values:
-        """(n,) the margins of a batch, -∞ in place of no number."""
-        return self.note(z, self.margin(z))
-
     def note(self, z: Values, margins: Values) -> Values:
-        """The same of a batch that was flown."""
+        """(n,) the margins of a batch that was flown, -∞ in place of no number."""
         values = np.asarray(margins, dtype=np.float64)
         values = np.where(np.isnan(values), -np.inf, values)
         self.used += len(z)
@@ -176,6 +167,7 @@ class _Log:
         return np.concatenate(self.points), np.concatenate(self.margins)
 
     def found(self) -> Found:
+        """What came of it all."""
         z, margins = self.flown()
         least = int(np.argmin(margins))
         history = np.minimum.accumulate([np.min(values) for values in self.margins])
@@ -183,7 +175,7 @@ class _Log:
 
 
 def _length(z: Values) -> Values:
-    """|z|. z: (n, d); (n,)."""
+    """(n,) |z|. z: (n, d)."""
     return np.linalg.norm(z, axis=-1)
 
 
@@ -196,14 +188,11 @@ def _screen(log: _Log, domain: Domain, dimension: int, rng: np.random.Generator)
     z = domain.inside((1 + (WIDEST - 1) * sobol[:, :1]) * normal)
     for first in range(0, count, log.batch):
         if log.rows:
-            log.fly(z[first : first + log.batch])
+            log.note(part := z[first : first + log.batch], log.margin(part))
 
 
 def _descend(log: _Log, domain: Domain, gradient: Gradient) -> None:
-    """z ← (∇g·z - g) ∇g / |∇g|², by steps of limited length, from the batch of the best points (Rackwitz & Fiessler).
-
-    Where the batch would be larger than all that was screened, points are taken again.
-    """
+    """z ← (∇g·z - g) ∇g / |∇g|², by steps of limited length, from a batch of the best points (Rackwitz & Fiessler)."""
     z, margins = log.flown()
     z = np.resize(z[log.order(z, margins)], (log.batch, z.shape[1]))
     for _ in range(DESCENTS):
@@ -249,18 +238,18 @@ class _Evolution:
         self.idle_generations = 0 if best < self.best else self.idle_generations + 1
         self.best = min(best, self.best)
         variance = np.var(self.z, axis=0)
-        self.size = max(SAME, float(np.sqrt(np.sum(variance))))
+        self.size = max(SAME, min(STEP * len(first) ** 0.5, float(np.sqrt(np.sum(variance)))))
         flat = bool(np.all(self.margins == margin)) and not refined
         self.over = flat or self.idle_generations > self.patience or float(np.max(variance)) < FINE**2
         return True
 
     def repeats(self, other: _Evolution) -> bool:
-        """Whether the other is no worse, and its mean within the cloud of this one."""
+        """Whether the other is no worse, and its mean within the cloud of this one, which counts as no wider than a first one."""
         return other.best <= self.best and float(np.linalg.norm(self.cma.mean - other.cma.mean)) < self.size
 
 
 def _evolve(log: _Log, starts: Iterator[_Evolution]) -> None:
-    """Flies batches filled with generations of searches, in turn, until the end; new searches where those there are too few."""
+    """Flies batches filled with generations of searches, in turn, until the end; new searches where there are too few."""
     waiting: deque[tuple[_Evolution, int]] = deque()
     ready: deque[_Evolution] = deque()
     basins: list[_Evolution] = []
@@ -270,17 +259,15 @@ def _evolve(log: _Log, starts: Iterator[_Evolution]) -> None:
             one.ask()
             waiting.extend((one, row) for row in range(len(one.z)))
         flying = [waiting.popleft() for _ in range(rows)]
-        margins = log.fly(np.array([one.z[row] for one, row in flying]))
+        z = np.array([one.z[row] for one, row in flying])
+        margins = log.note(z, log.margin(z))
         for (one, row), margin in zip(flying, margins, strict=True):
             if not one.answer(row, float(margin)):
                 continue
-            again = any(one.repeats(other) for other in basins if other is not one)
-            if one not in basins:
+            basins = [other for other in basins if other is not one]
+            if not any(one.repeats(other) for other in basins):
                 basins.append(one)
-            if again:
-                basins.remove(one)
-            elif not one.over:
-                ready.append(one)
+                ready.extend([one] * (not one.over))
 
 
 def _starts(log: _Log, domain: Domain, dimension: int, rng: np.random.Generator) -> Iterator[_Evolution]:
@@ -289,27 +276,24 @@ def _starts(log: _Log, domain: Domain, dimension: int, rng: np.random.Generator)
     screened = iter(_alone(z, log.order(z, margins), margins))
     small = max(4 + int(3 * np.log(dimension)), log.batch // SEARCHES)
     large, most = small, max(small, log.batch, log.flights // 40)
-    turn = 0
-    while True:
-        turn += 1
+    for turn in itertools.count(1):
         row = next(screened, None) if turn % ANYWHERE else None
         seed = int(rng.integers(2**31))
         if row is not None:
             yield _Evolution(log, domain, z[row], STEP, small, seed)
-            continue
-        if not turn % ANYWHERE:
-            large = min(2 * large, most)
-        start = domain.inside(rng.uniform(0, WIDEST) * rng.standard_normal((1, dimension)))[0]
-        yield _Evolution(log, domain, start, float(rng.uniform(STEP, 4 * STEP)), small if turn % ANYWHERE else large, seed)
+        else:
+            large = large if turn % ANYWHERE else min(2 * large, most)
+            start = domain.inside(rng.uniform(0, WIDEST) * rng.standard_normal((1, dimension)))[0]
+            step = float(rng.uniform(STEP, 4 * STEP))
+            yield _Evolution(log, domain, start, step, small if turn % ANYWHERE else large, seed)
 
 
 def _alone(z: Values, order: NDArray[np.int64], margins: Values) -> NDArray[np.int64]:
-    """The rows with a smaller margin than their nearest neighbour, those first that the most neighbours do not reach; then as
-    ordered. z: (n, d)."""
-    count = min(NEIGHBOURS + 1, len(z))
-    if count == 1:
+    """The rows with a smaller margin than their nearest neighbour, those first that the most neighbours miss. z: (n, d)."""
+    if len(z) == 1:
         return order
-    _, near = spatial.KDTree(z).query(z, count)
+    count = min(NEIGHBOURS + 1, len(z))
+    near = np.asarray(spatial.KDTree(z).query(z, count)[1], dtype=np.int64)
     worse = margins[near[:, 1:]] > margins[:, None]
     reach = np.where(np.all(worse, axis=1), count, np.argmin(worse, axis=1))
     ranked = order[np.argsort(-reach[order], kind="stable")]
