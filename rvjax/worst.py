@@ -46,6 +46,9 @@ from rvjax.spec.notation import did_you_mean
 
 Values = NDArray[np.float64]
 
+BEYOND = 1e-6
+"""Probability that a sample is outside of the ball that is searched by default."""
+
 CAMPAIGN, POINTS = "worst.yaml", "worst.csv"
 
 FLAT = 1e3
@@ -203,12 +206,17 @@ def worst(
     flights: int,
     seed: int = 0,
     radius: float | None = None,
-    most_sigma: float = 5.0,
+    box: float | None = None,
     first_only: bool = False,
     told: Callable[[int, float], None] = lambda flights, margin: None,
 ) -> Worst:
-    """Flies at most so many flights. radius: |z| is at most that; without: each coordinate at most `most_sigma`. first_only: ends
-    with the first flight that does not comply. told: called with the flights so far and the smallest margin."""
+    """Flies at most so many flights. radius: |z| is at most that; by default what one sample in a million is beyond. box: each
+    coordinate is at most that, in the place of a ball. first_only: ends with the first flight that does not comply. told: called
+    with the flights so far and the smallest margin. UsageError for both a radius and a box."""
+    if radius is not None and box is not None:
+        raise UsageError("both a radius and a box; accepted: one of them")
+    if radius is None and box is None:
+        radius = math.sqrt(float(special.chdtri(len(hunt.coordinates), BEYOND)))
     process.configure(hunt.problem.spec.precision)
     best: list[Case] = []
     likeliest: list[Case] = []
@@ -227,7 +235,15 @@ def worst(
 
     batch = min(LANES * streams(), flights)
     found = pockets.search(
-        margin, len(hunt.coordinates), seed, flights, batch, radius=radius, most_sigma=most_sigma, until_failure=first_only
+        margin,
+        len(hunt.coordinates),
+        seed,
+        flights,
+        batch,
+        radius,
+        box or pockets.FARTHEST,
+        until_failure=first_only,
+        refine=False,
     )
     return Worst(
         success_of(hunt.requirement),

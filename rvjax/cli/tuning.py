@@ -84,9 +84,14 @@ def worst(
     requirement: Annotated[int, typer.Option("--requirement", min=1, metavar="N", help="Which requirement, from 1.")] = 1,
     flights: Annotated[int, typer.Option("--flights", min=1, help="Flights at most.")] = 20_000,
     radius: Annotated[
-        float | None, typer.Option("--radius", min=0.1, help="Only draws within a ball of so many sigma; default: a box.")
+        float | None,
+        typer.Option(
+            "--radius", min=0.1, help="Draws within a ball of so many sigma; default: that which one in a million leaves."
+        ),
     ] = None,
-    sigma: Annotated[float, typer.Option("--sigma", min=0.1, max=8.0, help="Half the edge of the box, in sigma.")] = 5.0,
+    box: Annotated[
+        float | None, typer.Option("--box", min=0.1, max=8.0, metavar="SIGMA", help="Each draw within so many sigma, not a ball.")
+    ] = None,
     vary: Annotated[
         list[str] | None, typer.Option("--vary", metavar="NAME", help="Only draws with this name or beginning; repeatable.")
     ] = None,
@@ -107,7 +112,7 @@ def worst(
     def told(done: int, margin: float) -> None:
         output.note(f"{done} of {flights} flights, smallest margin {margin:.4g}")
 
-    found = search.worst(hunt, flights, search_seed, radius, sigma, first, told)
+    found = search.worst(hunt, flights, search_seed, radius, box, first, told)
     place = out or Path("reports") / hunt.problem.spec.name / f"worst-{requirement}"
     campaign = search.export(hunt, found, place, given)
     _show_worst(found, campaign, output)

@@ -82,7 +82,7 @@ def _upper(ordered: list[float], q: float) -> float:
     """A value that a share q is not above, counted from the best: what a quantile of a metric that is to be large is."""
     n = len(ordered)
     rank = min(math.ceil((1.0 - q) * n - 1e-9) - 1, n - 1)
-    return sorted((-value for value in ordered))[max(rank, 0)] * -1.0
+    return sorted(-value for value in ordered)[max(rank, 0)] * -1.0
 
 
 def test_requirements_come_before_objectives() -> None:
