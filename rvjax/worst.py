@@ -272,7 +272,14 @@ def export(hunt: Hunt, found: Worst, folder: Path, overrides: Sequence[str] = ()
     files.replace(folder / POINTS, ("\n".join(lines) + "\n").encode())
     for name, content in spec.source.inputs.items():
         files.replace(folder / name, content)
-    sets = [*overrides, f"samples={len(cases)}", f"sampler={{use: points, csv: {POINTS}}}", "keep={all: true}"]
+    drawn = sorted({name.partition(".")[0] for name in numbers})  # one flight proves of no draw that it acts
+    sets = [
+        *overrides,
+        f"audit={{allow: [{', '.join(drawn)}]}}",
+        f"samples={len(cases)}",
+        f"sampler={{use: points, csv: {POINTS}}}",
+        "keep={all: true}",
+    ]
     said = f"the worst flight of {found.flights} that `rvjax worst` flew is sample 0, its margin {found.worst.margin:.6g}"
     comment = f"{found.requirement}: {said}."
     text = campaign_text(spec, sets, ("require", "tune", "baselines"), "-worst", comment)

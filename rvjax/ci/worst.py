@@ -70,5 +70,5 @@ def worst_samples(folder: RunFolder, requirements: Sequence[Requirement]) -> lis
     searches = [_Search(one, columns) for one in requirements]
     for _, frame, _ in folder.some(list(dict.fromkeys(name for one in searches for name in one.names))):
         for one in searches:
-            one.add(frame[one.names])
+            one.add(frame.loc[:, one.names])
     return [one.result() for one in searches]

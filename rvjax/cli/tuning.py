@@ -85,9 +85,7 @@ def worst(
     flights: Annotated[int, typer.Option("--flights", min=1, help="Flights at most.")] = 20_000,
     radius: Annotated[
         float | None,
-        typer.Option(
-            "--radius", min=0.1, help="Draws within a ball of so many sigma; default: that which one in a million leaves."
-        ),
+        typer.Option("--radius", min=0.1, help="Draws in a ball of so many sigma; default: one sample in a million is outside."),
     ] = None,
     box: Annotated[
         float | None, typer.Option("--box", min=0.1, max=8.0, metavar="SIGMA", help="Each draw within so many sigma, not a ball.")

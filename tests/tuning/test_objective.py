@@ -124,8 +124,8 @@ REPEATS, LEVEL = 600, 0.05
 @pytest.mark.parametrize("said", FORMS, ids=["mean", "quantile", "cvar", "probability"])
 def test_two_alike_are_seldom_called_worse(said: dict[str, object]) -> None:
     """Two candidates of one law on common draws: the better of the two by its score calls the other worse at level 5 % in at most
-    10 % of the repeats (either may be the better one), beyond which chance goes in 1 of 10,000. Kills: a two-sided p-value, a test
-    that takes pairs for independent samples the wrong way, the sign of the difference."""
+    10 % of the repeats (either may be the better one), beyond which chance goes in 1 of 10,000. Kills: a two-sided p-value, the
+    sign of the difference, a deviation of single samples in the place of that of pairs."""
     rng = np.random.default_rng(3)
     made = judge(measure(**said))
     called = 0

@@ -60,8 +60,8 @@ def field(seed: int, count: int, spread: float = 1.0) -> Runners:
 
 
 def test_the_race_has_the_winner_of_the_full_evaluation() -> None:
-    """20 races of 64 candidates each: at most 30 % of the flights; the winner is that of the full evaluation, or not worse than it
-    by a paired test at 1 in 1,000 (one race in 20 may differ by chance in 2 % of all seeds: none does here). Kills: halving that
+    """20 races of 64 candidates each: at most 30 % of the flights; the winner is that of the full evaluation, or not worse than
+    it by a paired test at 1 in 1,000 (one of 20 may differ by chance in 2 % of all seeds: none does here). Kills: halving that
     keeps the worst, samples that differ between candidates, flights that are flown twice."""
     made = judge()
     shares: list[float] = []
@@ -80,8 +80,8 @@ def test_the_race_has_the_winner_of_the_full_evaluation() -> None:
 
 
 def test_tests_alone_throw_the_best_out_seldom() -> None:
-    """8 candidates that are alike but for a hair, raced by tests only (keep: 1), 150 times: the best is thrown out in at most the
-    stated 20 %, beyond which chance goes in 1 of 10,000. Kills: no correction over candidates or rounds, a risk for each round."""
+    """8 candidates that are alike but for a hair, raced by tests only (keep: 1), 150 times: the best is thrown out in at most
+    the stated 20 %, beyond which chance goes in 1 of 10,000. Kills: no correction over candidates, a risk for each round."""
     made, thrown, repeats, risk = judge(), 0, 150, 0.2
     for seed in range(repeats):
         rng = np.random.default_rng(seed)

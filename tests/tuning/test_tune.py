@@ -93,7 +93,7 @@ def test_a_candidate_flies_as_its_campaign_does(tuned: tuple[Path, Searched], ca
 
 
 def test_the_winner_is_the_best_of_those_that_flew_everything(tuned: tuple[Path, Searched]) -> None:
-    """Kills: a winner that left a race, one that misses a requirement while another does not, the last in the place of the best."""
+    """Kills: a winner that left a race, one that misses a requirement while another does not, the last for the best."""
     _, found = tuned
     whole = [row for row in found.rows if not row.left]
     assert all(row.samples == 64 for row in whole)
