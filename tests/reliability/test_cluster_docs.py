@@ -15,7 +15,6 @@ from typing import Any
 import pytest
 from ruamel.yaml import YAML
 
-from rvjax.batch import LANES
 from rvjax.results import RunFolder
 from rvjax.spec.overrides import override
 from rvjax.spec.source import read
@@ -24,10 +23,6 @@ from tests.short import CAMPAIGN
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "cluster.md").read_text()
-
-
-SHORTER = [*OVERRIDES, f"samples={2 * LANES + 100}", "horizon.step_s=0.2", "keep={worst: 0}"]
-"""Nobody dies here while a campaign flies."""
 
 
 def block(language: str, beginning: str) -> str:
@@ -47,7 +42,7 @@ def whole(folder: Path) -> bool:
 def campaign(tmp_path: Path) -> Path:
     """A folder with the short campaign as `campaign.yaml`."""
     with (tmp_path / "campaign.yaml").open("w") as file:
-        YAML(typ="safe").dump(override(read(CAMPAIGN), SHORTER).value, file)
+        YAML(typ="safe").dump(override(read(CAMPAIGN), OVERRIDES).value, file)
     return tmp_path
 
 
