@@ -6,6 +6,8 @@ import subprocess
 import sys
 import warnings
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -160,7 +162,7 @@ def test_tpe_finds_optima(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_nsga_finds_optima_of_one_objective(seed: int) -> None:
     """The sphere's to 0.05 in 480 points (of 60 seeds, the worst: 0.03), and the mixed one's in 320. Kills: objectives of the
-    wrong sign, mutations alone."""
+    wrong sign."""
     assert searched("nsga", sphere, cube(4, seed), 480).best < 0.05**2
     assert searched("nsga", mixed, Task(MIXED, seed), 320).best < 0.1**2
 
@@ -297,16 +299,26 @@ def test_ranks_of_tpe_are_of_everything_told() -> None:
     assert ranks([one, other]).tolist() == [2, 5, 3, 1, 0, 4, 2]
 
 
+def test_batches_of_tpe_differ_before_it_has_learnt() -> None:
+    """Kills: every batch from the same random numbers."""
+    points = searched("tpe", sphere, cube(2, 0), batches=8, batch=1).all
+    assert len(np.unique(points)) == 16
+
+
 def test_axes_keep_their_levels_in_studies() -> None:
-    """There and back. Kills: levels that are one off at either end, choices as numbers."""
+    """There and back. Kills: levels that are one off at either end, half a level, choices as numbers."""
     space = Space(AXES)
     kinds = [type(one).__name__ for one in space.distributions.values()]
     assert kinds == ["FloatDistribution", "IntDistribution", "CategoricalDistribution", "IntDistribution", "IntDistribution"]
     point = snapped(AXES, np.array([[0.3, 0.99, 0.7, 0.5, 0.0]]))[0]
     assert space.parameters(point) == {"x0": 0.3, "x1": 7, "x2": 2, "x3": 0, "x4": 0}
+    asked: list[Any] = [SimpleNamespace(params=space.parameters(point))]
+    assert np.array_equal(space.points(asked), point[None])
     for axis in AXES[1:]:
         for level, x in enumerate((np.arange(axis.levels) + 0.5) / axis.levels):
             assert Space((axis,)).parameters(np.array([x])) == {"x0": level}
+        kind: Any = Space((axis,)).distributions["x0"]
+        assert (kind.low, kind.high) == (0, axis.levels - 1) if axis.ordered else kind.choices == tuple(range(axis.levels))
 
 
 def test_a_grid_that_is_too_large_is_refused() -> None:
