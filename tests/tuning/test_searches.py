@@ -259,14 +259,16 @@ def test_steps_are_the_least_of_the_model_in_the_box() -> None:
         assert g @ s + 0.5 * s @ curvature @ s < values.min() + 0.02 * np.ptp(values)
 
 
-def test_a_descent_goes_back_where_nothing_can_be_said() -> None:
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("hole", [np.nan, np.inf, 1e200])
+def test_a_descent_goes_back_where_nothing_can_be_said(hole: float) -> None:
     """Behind 0.5 there is no gradient; the least before it is at 0.45. Kills: an end at the first such point, a step as long as
-    before."""
+    before, a square that overflows."""
     going, seen = descent(np.array([0.1]), np.array([True])), list[float]()
     x = next(going)
     while len(seen) < 60:
         seen.append(float(x[0]))
-        slope = np.nan if seen[-1] > 0.5 else 20.0 * (seen[-1] - 0.45) if seen[-1] > 0.4 else -1.0
+        slope = hole if seen[-1] > 0.5 else 20.0 * (seen[-1] - 0.45) if seen[-1] > 0.4 else -1.0
         try:
             x = going.send(np.array([slope]))
         except StopIteration:
