@@ -27,6 +27,9 @@ FIRST, MOST, SMALL = 0.1, 0.5, 1e-6
 UP = 0.9
 """A step is too long if it arrives going up by this share of how it went down."""
 
+LARGE, FLAT = 1e100, 1e-10
+"""A gradient that is larger says nothing, its square would overflow; the least cosine of s and y that teaches a curvature."""
+
 Descent = Generator[Values, Values, None]
 """Yields a point, is sent the gradient there."""
 
@@ -41,7 +44,7 @@ def descent(x: Values, free: NDArray[np.bool_]) -> Descent:
     """From one point down. free: (d,) the axes that move."""
     g = np.where(free, (yield x), 0.0)
     reach, model = FIRST, None
-    while np.isfinite(g).all() and g.any():
+    while says(g) and g.any():
         curvature = np.eye(len(x)) * (np.abs(g).max() / FIRST) if model is None else model
         s = step(curvature, g, -x, 1.0 - x)
         length = np.abs(s).max()
@@ -55,11 +58,11 @@ def descent(x: Values, free: NDArray[np.bool_]) -> Descent:
         s, length = s * min(1.0, reach / length), min(length, reach)
         there = np.clip(x + s, 0.0, 1.0)
         new = np.where(free, (yield there), 0.0)
-        if not np.isfinite(new).all():
+        if not says(new):
             reach = length / 4.0
             continue
         before, after, y = g @ s, new @ s, new - g
-        if after <= before:
+        if y @ s <= FLAT * float(np.linalg.norm(y) * np.linalg.norm(s)):
             model = curvature / 2.0  # it bends down: a longer step
         else:
             model = taught(np.eye(len(x)) * ((y @ y) / (y @ s)) if model is None else model, s, y)
@@ -68,6 +71,11 @@ def descent(x: Values, free: NDArray[np.bool_]) -> Descent:
             continue
         reach = min(2.0 * reach, MOST) if length == reach else reach
         x, g = there, new
+
+
+def says(g: Values) -> bool:
+    """Whether it is a gradient to calculate with."""
+    return bool((np.abs(g) < LARGE).all())  # not where it is NaN
 
 
 def step(curvature: Values, g: Values, low: Values, high: Values) -> Values:

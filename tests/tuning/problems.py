@@ -114,11 +114,12 @@ PRICES = np.array([0.6, 0.0, 0.9])
 
 
 def mixed(x: Values) -> Outcome:
-    """A number, a whole number and a choice: 0 at 0.3, the level 5 of 8 and the choice 1 of 3."""
+    """A number, a whole number and a choice: 0 at 0.3, the level 5 of 8 and the choice 1 of 3. The gradients of
+    levels mislead."""
     level, choice = np.floor(8 * x[:, 1]), np.floor(3 * x[:, 2]).astype(int)
     away = x[:, 0] - 0.3
     value = away**2 + 0.02 * (level - 5) ** 2 + PRICES[choice]
-    return Outcome(value[:, None], None, np.stack([2 * away, 0 * away, 0 * away], axis=1))
+    return Outcome(value[:, None], None, np.stack([2 * away, np.ones_like(away), -np.ones_like(away)], axis=1))
 
 
 def constrained(x: Values) -> Outcome:
