@@ -45,9 +45,13 @@ class Linear:
     levels: int = 0
     ordered: bool = True
 
+    def exact(self, u: float) -> float:
+        """The value at a coordinate, with all digits."""
+        return self.low + u * (self.high - self.low)
+
     def value(self, u: float) -> Value:
         """The value at a coordinate."""
-        return min(max(digits(self.low + u * (self.high - self.low)), self.low), self.high)
+        return min(max(digits(self.exact(u)), self.low), self.high)
 
     def coordinate(self, value: Value) -> float | None:
         """The inverse of `value`; None outside of the range."""
@@ -67,9 +71,13 @@ class Log:
     levels: int = 0
     ordered: bool = True
 
+    def exact(self, u: float) -> float:
+        """The value at a coordinate, with all digits."""
+        return self.low * (self.high / self.low) ** u
+
     def value(self, u: float) -> Value:
         """The value at a coordinate."""
-        return min(max(digits(self.low * (self.high / self.low) ** u), self.low), self.high)
+        return min(max(digits(self.exact(u)), self.low), self.high)
 
     def coordinate(self, value: Value) -> float | None:
         """The inverse of `value`; None outside of the range."""
@@ -91,6 +99,10 @@ class Levels:
     def levels(self) -> int:
         """How many values there are."""
         return len(self.values)
+
+    def exact(self, u: float) -> Value:
+        """As `value`."""
+        return self.value(u)
 
     def value(self, u: float) -> Value:
         """The value at a coordinate."""

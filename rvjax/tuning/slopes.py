@@ -37,8 +37,8 @@ from rvjax.state import Step
 from rvjax.tuning.flights import Flights
 from rvjax.tuning.space import Space
 
-REACH = 0.02
-"""ε: of a range, over which the numbers that fly are differenced; they are written with four digits."""
+REACH = 1e-4
+"""ε: of a range, over which the numbers that fly are differenced."""
 
 SOFT = 1e-3
 """δ [N, N·m]: far below what actuators give."""
@@ -140,7 +140,7 @@ class Slopes:
         for end in ends:
             moved = point.copy()
             moved[axis] = end
-            number = self._flights.problem_at(self._space.values(moved))
+            number = self._flights.problem_at(self._space.values(moved, exact=True))
             if number is None:
                 return None
             sides.append(Draws.of(number, self._samples)[1])

@@ -72,18 +72,19 @@ class Space:
         """What a search needs to know of each coordinate."""
         return tuple(Axis(one.levels, one.ordered) for one in self.free.values())
 
-    def values(self, point: NDArray[np.float64]) -> dict[str, Value]:
-        """The value of every parameter at a point."""
-        known: dict[str, Value] = {name: one.value(float(u)) for (name, one), u in zip(self.free.items(), point, strict=True)}
+    def values(self, point: NDArray[np.float64], exact: bool = False) -> dict[str, Value]:
+        """The value of every parameter at a point, as it is written; exact: with all digits."""
+        free = zip(self.free.items(), map(float, point), strict=True)
+        known: dict[str, Value] = {name: one.exact(u) if exact else one.value(u) for (name, one), u in free}
         return {
-            name: self._product(one, known) if isinstance(one, Product) else known[name] for name, one in self.parameters.items()
+            name: self._product(one, known, exact) if isinstance(one, Product) else known[name]
+            for name, one in self.parameters.items()
         }
 
-    def _product(self, tie: Product, known: Mapping[str, Value]) -> float:
-        factors = [
-            known.get(factor, self.fixed.get(factor, factor)) if isinstance(factor, str) else factor for factor in tie.factors
-        ]
-        return digits(float(np.prod([float(factor) for factor in factors])))
+    def _product(self, tie: Product, known: Mapping[str, Value], exact: bool) -> float:
+        factors = [known.get(one, self.fixed.get(one, one)) if isinstance(one, str) else one for one in tie.factors]
+        product = float(np.prod([float(factor) for factor in factors]))
+        return product if exact else digits(product)
 
     def assignments(self, values: Mapping[str, Value]) -> tuple[str, ...]:
         """The values as `place=value`; a name that is no place has none."""

@@ -1,4 +1,4 @@
-"""The search over a campaign's draws, on the closed loop: what flies, what is found, and that it comes back when it is replayed."""
+"""The search over a campaign's draws, on the closed loop: what flies, what is found, and that it comes back when replayed."""
 
 from __future__ import annotations
 
