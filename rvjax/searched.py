@@ -95,14 +95,15 @@ class Confirmed(_Part):
 
 
 class Kept(_Part):
-    """A requirement: verdicts of the winner and of the campaign as it is, on fresh draws, and McNemar's p-values of a change."""
+    """A requirement: verdicts of the winner and of the campaign as it is, on fresh draws, and of a share how many samples comply
+    with one alone, with McNemar's p-value."""
 
     text: str
     tuned: str
     own: str
-    only_tuned: int
-    only_own: int
-    p_worse: float
+    only_tuned: int | None
+    only_own: int | None
+    p_worse: float | None
 
 
 class Confirmation(_Part):

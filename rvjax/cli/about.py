@@ -46,6 +46,7 @@ def validate(
     from rvjax.campaign import load
     from rvjax.cost import cost
     from rvjax.errors import CampaignError
+    from rvjax.tuning.tune import plan, prepare
 
     output = Output(as_json)
     findings = []
@@ -53,6 +54,8 @@ def validate(
     for file in files:
         try:
             problems[str(file)] = load(file, overrides(sets, samples, seed))
+            if problems[str(file)].spec.tune is not None:
+                prepare(file, overrides(sets, samples, seed))
         except CampaignError as error:
             findings += error.findings
     if findings:
@@ -62,6 +65,8 @@ def validate(
         expected, losses = cost(problem), problem.spec.actuators.losses
         output.text(f"{file}: {expected}")
         documents[file] = dict(vars(expected))
+        if problem.spec.tune is not None:
+            output.text(f"{file}: tune: {plan(problem.spec)}")
         if losses:
             output.table(("one lost", "rank", "limits left", "first on"), _alike(losses))
             documents[file]["single_losses"] = [vars(loss) for loss in losses]

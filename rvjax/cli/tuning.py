@@ -62,7 +62,10 @@ def _show(place: Path, found: Searched, output: Output) -> None:
     ]
     output.table(("verdict", "objective", "winner", "as it is", "difference", "optimism"), rows)
     if found.confirmation.requirements:
-        kept = [(one.tuned, one.own, one.text, f"{one.only_tuned}", f"{one.only_own}") for one in found.confirmation.requirements]
+        kept = [
+            (one.tuned, one.own, one.text, *("–" if n is None else f"{n}" for n in (one.only_tuned, one.only_own)))
+            for one in found.confirmation.requirements
+        ]
         output.table(("winner", "as it is", "requirement", "only winner", "only as it is"), kept)
     values = [(one.name, one.range, said(one.own), said(one.best if found.best else one.own)) for one in found.parameters]
     output.table(("value", "range", "as it is", "winner"), values)

@@ -77,6 +77,19 @@ def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tun
     return space, tuning, method, parameters
 
 
+def plan(spec: Spec) -> str:
+    """What a tuning is going to do, in words."""
+    tuning = spec.tune
+    assert tuning is not None, "there is something to tune"
+    free = sum(map(is_free, tuning.parameters.values()))
+    budget = [f"{value:,.6g} {name}" for name, value in tuning.budget.model_dump().items() if value is not None]
+    sizes = " → ".join(f"{size:,}" for size in tuning.rounds)
+    return (
+        f"{free} {'value' if free == 1 else 'values'} by {tuning.method.use}, {' or '.join(budget)}; races of {sizes} samples; "
+        f"confirmed on {_samples(spec):,} fresh draws"
+    )
+
+
 def _columns(space: Space) -> Mapping[str, Any]:
     return {f"metric.{name}": column for name, column in space.problem.metric_columns.items()}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from rvjax.basis import Observed
-from rvjax.searched import Confirmed, Searched
+from rvjax.searched import Confirmed, Kept, Searched
 from rvjax.sections.page import Cell, Code, Headline, Mark, Number, Section, Table
 from rvjax.sections.wording import count, percent, quantity
 from rvjax.stats import Estimate
@@ -89,10 +89,7 @@ def section(found: Searched) -> Section | None:
     )
     tables: list[Table | str] = [Table(caption, head, rows)]
     if done.requirements:
-        required = tuple(
-            (one.text, Mark(one.tuned), Mark(one.own), *_changed(one.only_tuned, one.only_own, one.p_worse, n))
-            for n, one in enumerate(done.requirements)
-        )
+        required = tuple((one.text, Mark(one.tuned), Mark(one.own), *_changed(one, n)) for n, one in enumerate(done.requirements))
         words = "Requirements on the same draws. p: McNemar's exact test against “the winner complies as often”, one-sided."
         tables.append(
             Table(
@@ -122,9 +119,12 @@ def _lead(found: Searched) -> str:
     return f"The winner is {'; '.join(parts)}."
 
 
-def _changed(only_tuned: int, only_own: int, p: float, n: int) -> tuple[Cell, ...]:
+def _changed(kept: Kept, n: int) -> tuple[Cell, ...]:
+    if kept.only_tuned is None or kept.only_own is None or kept.p_worse is None:
+        return ("–",) * 3  # of a mean
     names = (f"confirmed.requirement.{n}.only_winner", f"confirmed.requirement.{n}.only_own")
-    return Number(names[0], only_tuned), Number(names[1], only_own), f"{p:.2g}" if p >= 1e-4 else "< 0.0001"
+    p = f"{kept.p_worse:.2g}" if kept.p_worse >= 1e-4 else "< 0.0001"
+    return Number(names[0], kept.only_tuned), Number(names[1], kept.only_own), p
 
 
 def _observed(name: str, value: float, one: Confirmed, n: int) -> Number:
