@@ -46,7 +46,6 @@ def validate(
     from rvjax.campaign import load
     from rvjax.cost import cost
     from rvjax.errors import CampaignError
-    from rvjax.tuning.tune import plan, prepare
 
     output = Output(as_json)
     findings = []
@@ -55,6 +54,8 @@ def validate(
         try:
             problems[str(file)] = load(file, overrides(sets, samples, seed))
             if problems[str(file)].spec.tune is not None:
+                from rvjax.tuning.tune import prepare
+
                 prepare(file, overrides(sets, samples, seed))
         except CampaignError as error:
             findings += error.findings
@@ -66,6 +67,8 @@ def validate(
         output.text(f"{file}: {expected}")
         documents[file] = dict(vars(expected))
         if problem.spec.tune is not None:
+            from rvjax.tuning.tune import plan
+
             output.text(f"{file}: tune: {plan(problem.spec)}")
         if losses:
             output.table(("one lost", "rank", "limits left", "first on"), _alike(losses))

@@ -121,11 +121,19 @@ def _kept(requirements: Sequence[Requirement], new: pd.DataFrame, old: pd.DataFr
     verdicts = [judge_all(requirements, frame, basis) for frame in (new, old)]
     found: list[Kept] = []
     for one, tuned, own in zip(requirements, *verdicts, strict=True):
-        pair = None if one.mean else (complies(one, new), complies(one, old))
-        only_tuned, only_own = (
-            (None, None) if pair is None else (int(np.sum(pair[0] & ~pair[1])), int(np.sum(pair[1] & ~pair[0])))
+        only_tuned = only_own = p_worse = None
+        if not one.mean:
+            a, b = complies(one, new), complies(one, old)
+            only_tuned, only_own = int(np.sum(a & ~b)), int(np.sum(b & ~a))
+            p_worse = float(mcnemar(only_tuned, only_own, better="b"))
+        found.append(
+            Kept(
+                text=title(one),
+                tuned=tuned.verdict,
+                own=own.verdict,
+                only_tuned=only_tuned,
+                only_own=only_own,
+                p_worse=p_worse,
+            )
         )
-        p_worse = None if pair is None else float(mcnemar(only_tuned or 0, only_own or 0, better="b"))
-        words = {"text": title(one), "tuned": tuned.verdict, "own": own.verdict}
-        found.append(Kept(**words, only_tuned=only_tuned, only_own=only_own, p_worse=p_worse))
     return found
