@@ -20,7 +20,7 @@ from rvjax.batch import LANES
 from rvjax.campaign import Problem, load
 from rvjax.check import Tallies, tallies
 from rvjax.draw import Draws
-from rvjax.errors import UsageError
+from rvjax.errors import CampaignError, UsageError
 from rvjax.family import component, members
 from rvjax.identity import PLAN, identity
 from rvjax.results import RunFolder
@@ -223,6 +223,47 @@ def test_the_draws_of_a_run_are_a_plan(tmp_path: Path) -> None:
         np.testing.assert_array_equal(after[name], values, err_msg=name)
 
 
+def test_points_draw_what_their_numbers_decide_again(tmp_path: Path) -> None:
+    """Bit for bit, correlated draws and a body that is drawn again among them, which no plan of values could say. Kills: numbers
+    in another order, a variable that keeps its own stream, one that is not given and loses it."""
+    names = ("start.sigma.x", "pursuer.inertia_kgm2.principal.z", "start.rho_m")
+    pair = f"correlate=[{{variables: [{MASS}, start.sigma.x], rank: [[1, 0.6], [0.6, 1]]}}]"
+    flat = "pursuer.inertia_kgm2={principal: [10, 10, {uniform: [15, 25]}], reject: true}"
+    others = (pair, flat, "start.rho_m={ball: 5}", NONE)
+    before = load(CAMPAIGN, [*others, "samples=64"])
+    values, points = drawn(before), before.dispersions.sampler.at(np.arange(64))
+    kept = np.flatnonzero(values["pursuer.inertia_kgm2.rejected"] == 0)
+    table = {names[0]: points.uniforms(names[0], 1)[kept, 0], names[1]: points.uniforms(names[1], 1)[kept, 0]}
+    table |= {f"{names[2]}.{k}": points.uniforms(names[2], 3)[kept, k] for k in range(3)}
+    table[MASS] = points.uniforms(MASS, 1)[kept, 0]
+    path = plan(tmp_path, pd.DataFrame(table).to_csv(index=False))
+    after = drawn(load(path, [*others, f"samples={len(kept)}", "sampler={use: points, csv: plan.csv}"]))
+    given = [MASS, *names[:2], *(f"start.rho_m.{axis}" for axis in "xyz")]
+    for name in given:
+        np.testing.assert_array_equal(after[name], values[name][kept], err_msg=name)
+    assert not after["pursuer.inertia_kgm2.rejected"].any()
+    np.testing.assert_array_equal(
+        after["start.sigma.y"], drawn(load(CAMPAIGN, [*others, f"samples={len(kept)}"]))["start.sigma.y"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "samples", "words"),
+    [
+        (f"{MASS}\n0.5\n", 2, "2 samples of 1 points; accepted: 1, a sample for each row"),
+        ("pursuer.mass\n0.5\n", 1, "pursuer.mass is no number of a variable; did you mean pursuer.mass_kg?"),
+        ("start.rho_m.0,start.rho_m.2\n0.5,0.5\n", 1, "start.rho_m.1 is missing"),
+        (f"{MASS}\n0.5\n1.0\n", 2, "line 3, pursuer.mass_kg: 1; accepted: a number above 0 and below 1"),
+    ],
+)
+def test_points_that_are_none(tmp_path: Path, text: str, samples: int, words: str) -> None:
+    """Kills: a column that nothing reads, a law with half of its numbers, an end that no law reaches."""
+    path = plan(tmp_path, text)
+    with pytest.raises(CampaignError) as caught:
+        load(path, [f"samples={samples}", "start.rho_m={ball: 5}", NONE, "sampler={use: points, csv: plan.csv}"])
+    assert words in str(caught.value)
+
+
 # --- all of them -----------------------------------------------------------------------------------------------------
 
 ALL = {
@@ -234,7 +275,7 @@ ALL = {
 
 
 def test_every_member_is_tested_here() -> None:
-    assert set(members("samplers")) == {*ALL, "plan"}
+    assert set(members("samplers")) == {*ALL, "plan", "points"}
 
 
 @pytest.mark.parametrize("name", ALL)
