@@ -6,7 +6,10 @@
     cvar        E[x | x among the worst 1 − q of all]
     probability P(X does not comply)
 
-    violation   Σ over requirements of (required share − observed share)₊, of a mean (excess/limit)₊
+    violation   Σ over requirements of (needed share − observed share)₊, of a mean (excess/limit)₊
+
+The share that is needed is the one whose fresh samples pass with probability POWER: a candidate at the limit itself would pass on
+them as often as not.
 
 A candidate that violates less is better; of two that violate equally, the one with the smaller objective. Whether one is *worse*
 is tested in pairs on the samples that both have flown:
@@ -36,11 +39,14 @@ from rvjax.check.complying import Reading
 from rvjax.columns import Column
 from rvjax.spec import Requirement
 from rvjax.spec.tuning import Goal, Objective
-from rvjax.stats import mcnemar
+from rvjax.stats import mcnemar, verdict_chances
 
 Values = NDArray[np.float64]
 
 RESAMPLES = 200
+
+POWER = 0.9
+"""Probability to pass on fresh draws that a candidate is asked for."""
 
 
 class Score(NamedTuple):
@@ -152,9 +158,13 @@ def tail_mean(x: Values, q: float) -> float:
 class Judge:
     """Scores and compares candidates by their tables, which hold the same samples in the same order."""
 
-    def __init__(self, requirements: Sequence[Requirement], measures: Sequence[Measure], goal: Goal) -> None:
+    def __init__(
+        self, requirements: Sequence[Requirement], measures: Sequence[Measure], goal: Goal, fresh: int | None = None
+    ) -> None:
+        """fresh: samples of the confirmation; without, shares are only to be what is required."""
         self.requirements, self.measures = tuple(requirements), tuple(measures)
         self.goal: Goal = goal
+        self._needed = [one.limit if fresh is None else needed(one, fresh) for one in requirements]
         self._readings = [Reading(one) for one in requirements]
 
     def columns(self, names: Sequence[str]) -> list[str]:
@@ -168,9 +178,8 @@ class Judge:
     def score(self, frame: pd.DataFrame) -> Score:
         """What a candidate is worth; of the weighted goal one objective."""
         values = [measure.value(measure.losses(frame)) for measure in self.measures]
-        violation = sum(
-            self._shortfall(one, reading, frame) for one, reading in zip(self.requirements, self._readings, strict=True)
-        )
+        required = zip(self.requirements, self._readings, self._needed, strict=True)
+        violation = sum(self._shortfall(one, reading, share, frame) for one, reading, share in required)
         if self.goal == "weighted" and len(values) > 1:
             values = [self._sum(values)]
         return Score(violation, tuple(values))
@@ -192,12 +201,12 @@ class Judge:
         return tuple(measure.shown(measure.value(measure.losses(frame))) for measure in self.measures)
 
     @staticmethod
-    def _shortfall(requirement: Requirement, reading: Reading, frame: pd.DataFrame) -> float:
+    def _shortfall(requirement: Requirement, reading: Reading, share: float, frame: pd.DataFrame) -> float:
         values = reading.values(frame, {})[reading.chosen(frame)]
         if not values.size:
             return 0.0
         if not requirement.mean:
-            return max(requirement.limit - float(np.mean(reading.comply(values))), 0.0)
+            return max(share - float(np.mean(reading.comply(values))), 0.0)
         limit = requirement.below if requirement.below is not None else requirement.above
         assert limit is not None, "a mean has a side"
         mean = math.inf if np.isnan(values).any() else float(np.mean(values))
@@ -254,6 +263,23 @@ class Judge:
             return (1.0 + float(np.sum(~(spread > 0.0)))) / (RESAMPLES + 1.0)
         deviation = float(np.std(spread, ddof=1))
         return float(special.ndtr(-observed / deviation)) if deviation > 0.0 else 1.0
+
+
+def needed(requirement: Requirement, fresh: int) -> float:
+    """The smallest share of complying samples with which so many fresh ones PASS with probability POWER; the required share where
+    none does, and of a class, of which nobody knows how many there will be."""
+    limit = requirement.limit
+
+    def passes(share: float) -> bool:
+        return float(verdict_chances(fresh, limit, requirement.confidence, share).passes) >= POWER
+
+    if requirement.mean or requirement.where or not passes(1.0):
+        return limit
+    low, high = limit, 1.0
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if passes(middle) else (middle, high)
+    return high
 
 
 def _p_counts(fails: NDArray[np.bool_], others: NDArray[np.bool_]) -> float:

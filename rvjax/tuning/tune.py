@@ -115,7 +115,8 @@ def tune(
     spec = first.problem.spec
     seed = spec.seed + 1 if tuning.seed is None else tuning.seed
     space, _ = Space.of(path, (*overrides, f"seed={seed}", f"tune.seed={seed}", f"tune.confirm.seed={_fresh(spec)}"))
-    judge = Judge(spec.require, [Measure.of(one, _columns(space)) for one in tuning.objective], tuning.goal)
+    measures = [Measure.of(one, _columns(space)) for one in tuning.objective]
+    judge = Judge(spec.require, measures, tuning.goal, _samples(spec))
     mine = _identity(space, tuning)
     place = Path(out) if out is not None else Path("reports") / spec.name / f"tune-{short(mine)}"
     before = RunFolder.open(place) if (place / MANIFEST).exists() else None

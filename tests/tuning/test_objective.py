@@ -13,7 +13,7 @@ from scipy import stats as scipy_stats
 from rvjax.columns import Column
 from rvjax.spec import Requirement
 from rvjax.spec.tuning import Objective
-from rvjax.tuning.objective import Judge, Measure, Score, tail_mean
+from rvjax.tuning.objective import POWER, Judge, Measure, Score, needed, tail_mean
 
 COLUMNS = {
     "metric.settling_time_s": Column("settling_time_s", "s", "", "lower"),
@@ -101,6 +101,23 @@ def test_requirements_come_before_objectives() -> None:
     chosen = Judge((of_class,), (measure(metric="settling_time_s", mean=True),), "weighted")
     assert chosen.columns([*COLUMNS, "draw.mass"])[-1] == "draw.mass"
     assert chosen.score(frame).violation == pytest.approx(0.5)
+
+
+def test_what_is_needed_passes_on_fresh_draws() -> None:
+    """By the binomial law itself, 4,096 samples for 99 % at 95 %. Kills: the limit itself, at which a verdict is a matter of luck;
+    a class whose size nobody knows; a demand that no share could meet."""
+    one = Requirement(metric="captured", at_least=0.99, confidence=0.95)
+    share = needed(one, 4096)
+    most = max(k for k in range(60) if scipy_stats.binom.cdf(k, 4096, 0.01) <= 0.05)
+    assert scipy_stats.binom.cdf(most, 4096, 1 - share) == pytest.approx(POWER, abs=1e-5)
+    assert 0.99 < share < 0.995
+    assert needed(one, 100) == 0.99
+    assert needed(one.model_copy(update={"where": {"pursuer.mass_kg": None}}), 4096) == 0.99
+    frame = table(np.zeros(1000), lost=8)
+    made = Judge((one,), (measure(metric="settling_time_s", quantile=0.5),), "weighted", 4096)
+    made.columns(list(COLUMNS))
+    assert made.score(frame).violation == pytest.approx(share - 0.992)
+    assert judge(measure(metric="settling_time_s", quantile=0.5), require=(one,)).score(frame).violation == 0.0
 
 
 def test_weights_and_orders_of_several_objectives() -> None:

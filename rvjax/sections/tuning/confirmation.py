@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from rvjax.basis import Observed
 from rvjax.searched import Confirmed, Kept, Searched
@@ -27,11 +28,12 @@ def headline(found: Searched) -> Headline:
         ("programs compiled", Number("search.programs", found.cost.programs)),
     )
     outcomes = tuple((name, left.count(key)) for key, name in _LEFT.items() if left.count(key) or not key)
+    word, sentence = _overall(found, first)
     return Headline(
         found.name,
         found.description,
-        Mark(WORDS[first.verdict]),
-        _sentence(found, first),
+        Mark(word),
+        sentence,
         facts,
         outcomes,
         "Tuning report",
@@ -53,13 +55,25 @@ def shown(value: float, one: Confirmed) -> str:
     return f"{100 * value:.4g} %" if one.share else quantity(value, one.unit)
 
 
-def _sentence(found: Searched, first: Confirmed) -> str:
+def _sentence(found: Searched, first: Confirmed, passed: Sequence[str], lost: Sequence[str]) -> str:
     if not found.best:
         return f"No candidate was better than the campaign as it is: {first.text} {shown(first.own, first)}."
-    return (
-        f"Candidate {found.best}, on draws that the search has not seen: {first.text} {shown(first.tuned, first)}, "
-        f"{shown(first.own, first)} of the campaign as it is."
-    )
+    but = f"{first.text} {shown(first.tuned, first)}, {shown(first.own, first)} of the campaign as it is."
+    if not passed and not lost:
+        return f"Candidate {found.best}, on draws that the search has not seen: {but}"
+    does = [f"{word} {', '.join(texts)}" for word, texts in (("passes", passed), ("does not pass", lost)) if texts]
+    other = "unlike the campaign as it is" if not (passed and lost) else "other than the campaign as it is"
+    return f"Candidate {found.best}, on draws that the search has not seen, {' and '.join(does)}, {other}; {but}"
+
+
+def _overall(found: Searched, first: Confirmed) -> tuple[str, str]:
+    """Requirements come before objectives, as in the search: one that only the winner passes, or only the campaign as it is."""
+    assert found.confirmation is not None
+    required = found.confirmation.requirements if found.best else []
+    passed = [one.text for one in required if one.tuned == "PASS" and one.own == "FAIL"]
+    lost = [one.text for one in required if one.own == "PASS" and one.tuned != "PASS"]
+    word = "worse" if lost else "better" if passed else first.verdict
+    return WORDS[word], _sentence(found, first, passed, lost)
 
 
 def section(found: Searched) -> Section | None:
@@ -116,7 +130,9 @@ def _lead(found: Searched) -> str:
     parts = [f"{word} in {', '.join(texts)}" for word, texts in by.items() if texts and word != "not told apart"]
     rest = by["not told apart"]
     parts += [f"not told apart in {', '.join(rest)}"] if rest else []
-    return f"The winner is {'; '.join(parts)}."
+    fails = [one.text for one in found.confirmation.requirements if one.own == "FAIL" and one.tuned == "PASS"]
+    more = f" It passes what the campaign as it is fails: {', '.join(fails)}." if fails else ""
+    return f"The winner is {'; '.join(parts)}.{more}"
 
 
 def _changed(kept: Kept, n: int) -> tuple[Cell, ...]:
