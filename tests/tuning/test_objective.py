@@ -104,7 +104,7 @@ def test_requirements_come_before_objectives() -> None:
 
 
 def test_what_is_needed_passes_on_fresh_draws() -> None:
-    """By the binomial law itself, 4,096 samples for 99 % at 95 %. Kills: the limit itself, at which a verdict is a matter of luck;
+    """By the binomial law itself, 4,096 samples for 99 % at 95 %. Kills: the limit itself, where a verdict is a matter of luck;
     a class whose size nobody knows; a demand that no share could meet."""
     one = Requirement(metric="captured", at_least=0.99, confidence=0.95)
     share = needed(one, 4096)
