@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rvjax import process, tables
 from rvjax.batch import LANES, Flyer
 from rvjax.campaign import Problem, load
+from rvjax.check.folders import campaign_of
 from rvjax.columns import Column
 from rvjax.draw import Draws
 from rvjax.errors import FolderError, UsageError
@@ -36,8 +37,8 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
     the metrics are not those of the sample's row.
     """
     opened = RunFolder.open(folder)
+    campaign_of(opened)  # verifies the file that is parsed next
     rows = recorded(opened, [sample])
-    opened.campaign_text()  # verifies the file that is parsed next
     problem = load(Path(folder) / CAMPAIGN, opened.provenance["overrides"])
     process.configure(problem.spec.precision)
     if differing := differences(opened.identity, identity(problem)):

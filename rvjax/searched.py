@@ -20,8 +20,6 @@ TABLE = "candidates.csv"
 BEST = "best.yaml"
 TUNED, OWN = "tuned", "own"
 """Folders of the two confirming runs."""
-IDENTITY = "tune"
-"""Of the identity of a folder: it is that of a search."""
 FORMAT = 1
 
 Value = float | int | str | bool

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rvjax import spec
 from rvjax.check.folds import tallies
-from rvjax.errors import IncompleteError
+from rvjax.errors import IncompleteError, UsageError
 from rvjax.results import CAMPAIGN, Account, RunFolder
 from rvjax.samplers import basis_of
 from rvjax.totals import Ledger
@@ -17,11 +17,20 @@ if TYPE_CHECKING:
     from rvjax.spec import Spec
 
 
+SEARCH = "tune"
+"""Of the identity of a folder: it is that of a search (`rvjax.searched`)."""
+
+
 def campaign_of(folder: RunFolder) -> Spec:
     """The campaign of a run folder, with what was set beside the file (`overrides` of its provenance).
 
-    FolderError where the file was changed since.
+    FolderError where the file was changed since; UsageError where it is the folder of a search, whose flights are of many
+    candidates.
     """
+    if SEARCH in folder.identity:
+        place = folder.path
+        accepted = f"accepted: {place / 'tuned'}, {place / 'own'}"
+        raise UsageError(f"{place}: the folder of a search, whose flights are of many candidates; {accepted}")
     folder.campaign_text()  # verifies the file that is parsed next
     return spec.load(folder.path / CAMPAIGN, [str(item) for item in folder.provenance.get("overrides", ())])
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import matplotlib
 
-from rvjax import searched
+from rvjax.check.folders import SEARCH
 from rvjax.report import html, markdown, picture, tuning
 from rvjax.results import RunFolder, extract
 from rvjax.sections import sections
@@ -28,7 +28,7 @@ def build(folder: str | Path) -> Path:
     full. Values that the samples table lacks are left out with a sentence, never an error.
     """
     opened = RunFolder.open(folder)
-    if searched.IDENTITY in opened.identity:
+    if SEARCH in opened.identity:
         return tuning.build(opened)
     return write(opened, open_run(folder))
 

@@ -17,6 +17,7 @@ import numpy as np
 from rvjax import process, run, searched
 from rvjax.basis import Independent
 from rvjax.batch import LANES
+from rvjax.check.folders import SEARCH
 from rvjax.errors import CampaignError, FolderError
 from rvjax.family import component, members
 from rvjax.identity import identity, provenance, short, source_digest
@@ -174,7 +175,7 @@ def _identity(space: Space, tuning: Tuning) -> dict[str, Any]:
     said["require"] = [one.model_dump(mode="json") for one in spec.require]
     text = repr(sorted(said.items())).encode()
     mine = identity(space.problem)
-    return mine | {searched.IDENTITY: hashlib.sha256(text).hexdigest(), "search": source_digest(("tuning", "searches", "stats"))}
+    return mine | {SEARCH: hashlib.sha256(text).hexdigest(), "search": source_digest(("tuning", "searches", "stats"))}
 
 
 def _confirmed(
