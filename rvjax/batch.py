@@ -162,9 +162,9 @@ class Tangents:
     m(n),  d/dε m(n + ε ṅ) at ε = 0
     """
 
-    def __init__(self, loop: Loop, metric: Metric) -> None:
+    def __init__(self, loop: Loop, metric: Metric, name: str) -> None:
+        """name: of the column of the metric that is differentiated."""
         evaluate = partial(closed_loop.evaluate, loop)
-        (name,) = metric.columns
 
         def value(drawn: Drawn, steps: Any) -> Any:
             carry = flight.advance(evaluate, (metric,), drawn, flight.begin(loop, (metric,), drawn), 0, steps)

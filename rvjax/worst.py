@@ -10,7 +10,8 @@
     outside of `where`     +∞;  a flight that was lost: −∞;  a body that cannot exist: +∞
 
 z is standard normal, so |z| says how improbable a point is, whatever the laws. Noise in flight is that of sample 0 throughout: a
-flight is a function of z. What is found is written as a campaign whose sampler gives these very numbers, and flown again from
+flight is a function of z. After the searches the worst case goes down the gradient of its margin, where the metric has one, LANES
+lengths of a step at once. What is found is written as a campaign whose sampler gives these very numbers, and flown again from
 there.
 """
 
@@ -22,13 +23,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import jax
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from scipy import special
 
 from rvjax import pockets, process, tables
-from rvjax.batch import LANES, Flyer, devices, streams
+from rvjax.batch import LANES, Flyer, Tangents, devices, streams
 from rvjax.campaign import Problem, load
 from rvjax.check.complying import Reading
 from rvjax.check.words import success_of
@@ -45,6 +47,15 @@ from rvjax.spec.names import covers
 from rvjax.spec.notation import did_you_mean
 
 Values = NDArray[np.float64]
+
+REACH = 1e-4
+"""Difference of z over which the numbers that fly are differenced."""
+
+LENGTHS = np.geomspace(1e-3, 4.0, LANES)
+"""Of the steps down a gradient that are tried at once."""
+
+DESCENTS = 8
+"""Steps down the gradient at most, from the worst case that the searches have found."""
 
 BEYOND = 1e-6
 """Probability that a sample is outside of the ball that is searched by default."""
@@ -65,13 +76,18 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Case:
-    """A flight. z: its point; margin; draws: by name, in SI; metric: of the requirement; outcome; distance: |z|."""
+    """A flight. z: its point; margin; draws and values of the metrics by name, in SI; outcome; distance: |z|."""
 
     z: Values
     margin: float
     draws: Mapping[str, float]
-    metric: float
+    values: Mapping[str, float]
     outcome: str
+
+    def frame(self, other: Mapping[str, float]) -> pd.DataFrame:
+        """Its row of a table, with other values of some metrics."""
+        values = {f"metric.{name}": value for name, value in {**self.values, **other}.items()}
+        return pd.DataFrame([{"outcome": self.outcome, **values, **{f"draw.{name}": x for name, x in self.draws.items()}}])
 
     @property
     def distance(self) -> float:
@@ -119,6 +135,7 @@ class Hunt:
         chosen = [name for name in laws if not vary or any(covers(one, name) for one in vary)]
         self.coordinates = tuple(Coordinate(name, own) for name in chosen for own in columns_of(name, self._counts[name]))
         self._flyer = Flyer(problem.loop, problem.metrics)
+        self._tangents: dict[str, Tangents] = {}
 
     def fly(self, z: Values) -> list[Case]:
         """One case for each row of z."""
@@ -128,25 +145,63 @@ class Hunt:
         return [case for part in found for case in part]
 
     def _chunk(self, z: Values) -> list[Case]:
-        full = np.vstack([z, np.repeat(z[:1], LANES - len(z), axis=0)])
-        numbers = self.numbers(full)
-        dispersions = replace(self.problem.dispersions, sampler=Fixed(self.problem.spec.seed, numbers))
-        draws, drawn = Draws.of(replace(self.problem, dispersions=dispersions), np.zeros(LANES, dtype=np.int64))
+        draws, drawn = self._draws(np.vstack([z, np.repeat(z[:1], LANES - len(z), axis=0)]))
         horizon = self.problem.spec.horizon
         came = tables.outcomes(self._flyer.fly(drawn, horizon.steps, STRETCH, device=devices()[0]), horizon.duration_s)
         frame = pd.DataFrame(came | {f"draw.{name}": values for name, values in draws.values.items()})
         margins = np.where(self._exist(draws), self.margins(frame), math.inf)
-        metric = self._reading.values(frame, self._columns)
         return [
             Case(
                 z[row],
                 float(margins[row]),
                 {name: float(values[row]) for name, values in draws.values.items()},
-                float(metric[row]),
+                {name: float(came[f"metric.{name}"][row]) for name in self.problem.metric_columns},
                 str(came["outcome"][row]),
             )
             for row in range(len(z))
         ]
+
+    def _draws(self, z: Values) -> tuple[Draws, Any]:
+        """The draws of points, all with the noise of sample 0."""
+        dispersions = replace(self.problem.dispersions, sampler=Fixed(self.problem.spec.seed, self.numbers(z)))
+        return Draws.of(replace(self.problem, dispersions=dispersions), np.zeros(len(z), dtype=np.int64))
+
+    def slope(self, case: Case) -> Values:
+        """(d,) the gradient of the margin at a case: of its metric through every step of the flight, a lane for each coordinate;
+        0 where the metric has none, as a settling time."""
+        name = self._slope_of(case)
+        if name is None:
+            return np.zeros(len(case.z))
+        metric = next(one for one in self.problem.metrics if name in one.columns)
+        program = self._tangents.setdefault(name, Tangents(self.problem.loop, metric, name))
+        count, steps = len(case.z), self.problem.spec.horizon.steps
+        (_, high), (_, low) = (self._draws(case.z + sign * REACH * np.eye(count)) for sign in (1.0, -1.0))
+        own = self._draws(np.repeat(case.z[None], count, axis=0))[1]
+        tangent = jax.tree.map(lambda a, b: (a - b) / (2.0 * REACH), high, low)
+        found: list[Values] = []
+        for first in range(0, count, LANES):
+            lanes = np.arange(first, first + LANES) % count
+            at, along = (jax.tree.map(lambda x, lanes=lanes: np.asarray(x)[lanes], side) for side in (own, tangent))
+            found.append(program.fly(at, along, steps)[1][: count - first])
+        slopes = np.concatenate(found) * self._rise(case, name)
+        return np.where(np.isfinite(slopes), slopes, 0.0)
+
+    def _slope_of(self, case: Case) -> str | None:
+        """The metric that decides the margin of a case."""
+        if case.outcome == "not_finite" or not math.isfinite(case.margin):
+            return None
+        if self.requirement.metric != "captured":
+            return self._reading.column.removeprefix("metric.")
+        names = ("window_position_error_m", "window_attitude_error_deg")
+        falls = [self.margins(case.frame({name: 1.01 * case.values[name]}))[0] for name in names]
+        return names[int(np.argmin(falls))]
+
+    def _rise(self, case: Case, name: str) -> float:
+        """d margin / d metric at a case."""
+        x = case.values[name]
+        step = 1e-6 * (abs(x) or 1.0)
+        high, low = (float(self.margins(case.frame({name: x + sign * step}))[0]) for sign in (1.0, -1.0))
+        return (high - low) / (2.0 * step)
 
     def numbers(self, z: Values) -> dict[str, Values]:
         """(n, count) uniform numbers of every variable at points (n, d)."""
@@ -233,18 +288,22 @@ def worst(
         told(done, best[0].margin)
         return found
 
-    batch = min(LANES * streams(), flights)
-    found = pockets.search(
-        margin,
-        len(hunt.coordinates),
-        seed,
-        flights,
-        batch,
-        radius,
-        box or pockets.FARTHEST,
-        until_failure=first_only,
-        refine=False,
-    )
+    dimension, side = len(hunt.coordinates), box or pockets.FARTHEST
+    descent = dimension + LANES
+    spared = 0 if first_only else min(flights // 4 // descent, DESCENTS) * descent
+    batch = min(LANES * streams(), flights - spared)
+    found = pockets.search(margin, dimension, seed, flights - spared, batch, radius, side, until_failure=first_only, refine=False)
+    history = [float(x) for x in found.history]
+    while done + descent <= flights and not first_only:
+        slope = hunt.slope(best[0])
+        done += dimension
+        if not (length := float(np.linalg.norm(slope))) > 0.0:
+            break
+        before = _badness(best[0])
+        margin(pockets.Domain(side, radius).inside(best[0].z - LENGTHS[:, None] * slope / length))
+        history.append(best[0].margin)
+        if not _badness(best[0]) < before:
+            break
     return Worst(
         success_of(hunt.requirement),
         hunt.coordinates,
@@ -252,7 +311,7 @@ def worst(
         failing,
         best[0],
         likeliest[0] if likeliest else None,
-        tuple(float(x) for x in found.history),
+        tuple(history),
     )
 
 

@@ -31,6 +31,12 @@ class Reading:
         self._column: str | None = None
 
     @property
+    def column(self) -> str:
+        """The column that it is on; empty for the outcome. To be asked after `columns`."""
+        assert self._column is not None, "it has not seen the columns yet"
+        return self._column
+
+    @property
     def of_metric(self) -> bool:
         """Whether it is on a metric; else on the outcome."""
         return bool(self._column)

@@ -134,9 +134,9 @@ def _show_worst(found: Worst, campaign: Path, output: Output) -> None:
     order = sorted(range(len(found.coordinates)), key=lambda k: -abs(one.z[k]))[:12]
     rows = []
     for k in order:
-        name = found.coordinates[k].name
-        value = one.draws.get(name)
-        rows.append((name, "" if value is None else f"{value:.6g}", f"{one.z[k]:+.2f}", f"{100 * ndtr(-abs(one.z[k])):.2g} %"))
+        name, variable = found.coordinates[k].name, found.coordinates[k].variable
+        values = [f"{value:.6g}" for draw, value in one.draws.items() if draw == variable or draw.startswith(f"{variable}.")]
+        rows.append((name, ", ".join(values), f"{one.z[k]:+.2f}", f"{100 * ndtr(-abs(one.z[k])):.2g} %"))
     output.table(("draw that is farthest out", "value, SI", "sigma", "farther out"), rows)
     output.text(f"replay: rvjax run {campaign}")
     cases = {"worst": one, "likeliest": found.likeliest}
@@ -147,7 +147,6 @@ def _show_worst(found: Worst, campaign: Path, output: Output) -> None:
             "margin": case.margin,
             "distance": case.distance,
             "outcome": case.outcome,
-            "metric": case.metric,
             "draws": dict(case.draws),
         }
         for name, case in cases.items()

@@ -40,6 +40,8 @@ from rvjax.tuning.space import Space
 REACH = 1e-4
 """ε: of a range, over which the numbers that fly are differenced."""
 
+NAME = "smooth"
+
 SOFT = 1e-3
 """δ [N, N·m]: far below what actuators give."""
 
@@ -81,10 +83,10 @@ def _closing(square: Callable[[Step], Scalar]) -> Callable[[Step, Rules], Scalar
 def _metric(rate: Callable[[Step, Rules], Scalar], finish: Callable[[Scalar], Scalar] = lambda total: total) -> Metric:
     """∫ rate dt, then finish."""
     return Metric(
-        {"smooth": Column("smooth", "1", "a smooth function in the place of an objective")},
+        {NAME: Column(NAME, "1", "a smooth function in the place of an objective")},
         lambda rules: rules.duration_s * 0.0,
         lambda total, step, weight, rules: total + weight * rate(step, rules),
-        lambda total, rules: {"smooth": finish(total)},
+        lambda total, rules: {NAME: finish(total)},
     )
 
 
@@ -149,7 +151,7 @@ class Slopes:
     def _fly(self, problem: Problem, tangents: Mapping[int, Any]) -> Values:
         """(axes,) the slope along each, the mean over the samples."""
         _, numbers = Draws.of(problem, self._samples)
-        program = self._programs.setdefault(problem.structure, Tangents(problem.loop, self._metric))
+        program = self._programs.setdefault(problem.structure, Tangents(problem.loop, self._metric, NAME))
         count = len(self._samples)
         drawn = jax.tree.map(lambda x: np.tile(x, len(tangents)), numbers)
         tangent = jax.tree.map(lambda *parts: np.concatenate(parts), *tangents.values())

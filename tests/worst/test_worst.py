@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from pathlib import Path
 
@@ -145,6 +146,25 @@ def test_only_some_draws_vary_the_others_stay_at_their_medians(campaign: Path) -
     assert case.draws["actuators.spread.upper.fx"] == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("number", [1, 2])
+def test_slopes_are_the_differences_of_flights(campaign: Path, number: int, full: bool) -> None:
+    """Along every coordinate, those of a joint law and of a copula too. Kills: a gradient of another metric than the one that
+    decides the margin, a sign, a coordinate whose tangent is that of its neighbour, samples with noise of their own."""
+    if number == 2 and not full:
+        pytest.skip("one metric by default: --long")
+    hunted = worst.prepare(campaign, POCKET, number)
+    rng = np.random.default_rng(5)
+    z = 0.5 * rng.normal(size=len(hunted.coordinates))
+    (case,) = hunted.fly(z[None])
+    step = 1e-4 * np.eye(len(z))
+    high, low = (np.array([one.margin for one in hunted.fly(z + sign * step)]) for sign in (1.0, -1.0))
+    expected = (high - low) / 2e-4
+    np.testing.assert_allclose(hunted.slope(case), expected, rtol=2e-3, atol=1e-5 * np.abs(expected).max())
+    assert np.count_nonzero(expected) >= 6
+    settle = worst.prepare(campaign, ("require=[{metric: settling_time_s, below: 4, at_least: 0.5}]",))
+    assert not settle.slope(settle.fly(z[None])[0]).any()
+
+
 def test_a_search_stays_in_its_ball_and_depends_on_its_seed_alone(hunt: worst.Hunt) -> None:
     """Kills: a radius that is not kept, a default without any bound."""
     one, two, other = (worst.worst(hunt, 832, seed, radius=2.0) for seed in (1, 1, 2))
@@ -155,6 +175,7 @@ def test_a_search_stays_in_its_ball_and_depends_on_its_seed_alone(hunt: worst.Hu
     usual = worst.worst(hunt, 832, 1)
     assert 2.0 < usual.worst.distance <= np.sqrt(stats.chi2.isf(1e-6, len(hunt.coordinates))) + 1e-9
     assert usual.worst.margin <= one.worst.margin
+    assert all(later <= earlier for earlier, later in itertools.pairwise(usual.history))
     with pytest.raises(UsageError, match="both a radius and a box"):
         worst.worst(hunt, 832, 1, radius=1.0, box=1.0)
 
