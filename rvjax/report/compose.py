@@ -7,15 +7,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
 from rvjax.check.folders import SEARCH
 from rvjax.report import html, markdown, picture, tuning
 from rvjax.results import RunFolder, extract
 from rvjax.sections import sections
 from rvjax.sections.opened import Run, open_run
 from rvjax.sections.page import Headline, Number, Section
-from rvjax.sections.plot import STYLE
 from rvjax.sections.verdicts import headline
 
 FORMAT = 1
@@ -36,12 +33,7 @@ def build(folder: str | Path) -> Path:
 def write(folder: RunFolder, run: Run) -> Path:
     """Writes the report of an opened run into its folder and returns the path of `report.html`; reads no samples."""
     top = headline(run)
-    with matplotlib.rc_context(STYLE):
-        shown = sections(run)
-        pictures = {drawing.name: picture.draw(drawing) for section in shown for drawing in section.drawings}
-    for name, drawn in pictures.items():
-        folder.write_text(f"figures/{name}.svg", drawn.svg)
-        folder.write_bytes(f"figures/{name}.png", drawn.png)
+    shown, pictures = picture.drawn(folder, lambda: sections(run))
     if run.extract is not None:
         folder.write_bytes(extract.NAME, run.extract)
     folder.write_summary(summary(run, top, shown))

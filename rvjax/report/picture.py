@@ -5,13 +5,16 @@ from __future__ import annotations
 import io
 import re
 import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-from rvjax.sections.page import Drawing
+from rvjax.results import RunFolder
+from rvjax.sections.page import Drawing, Section
+from rvjax.sections.plot import STYLE
 
 _REFERENCE = re.compile(r'(\bid="|\bhref="#|url\(#)')
 
@@ -23,6 +26,17 @@ class Picture:
     svg: str
     inline: str
     png: bytes
+
+
+def drawn(folder: RunFolder, make: Callable[[], Sequence[Section]]) -> tuple[Sequence[Section], dict[str, Picture]]:
+    """Makes sections in the style of the report, and renders their figures into a folder; the pictures by their names."""
+    with matplotlib.rc_context(STYLE):
+        sections = make()
+        pictures = {drawing.name: draw(drawing) for section in sections for drawing in section.drawings}
+    for name, picture in pictures.items():
+        folder.write_text(f"figures/{name}.svg", picture.svg)
+        folder.write_bytes(f"figures/{name}.png", picture.png)
+    return sections, pictures
 
 
 def draw(drawing: Drawing) -> Picture:

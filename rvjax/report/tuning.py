@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
-
 from rvjax import searched
 from rvjax.errors import IncompleteError
-from rvjax.report import html, markdown, picture
+from rvjax.report import html, markdown
+from rvjax.report.picture import drawn
 from rvjax.results import RunFolder
 from rvjax.searched import Searched
-from rvjax.sections.plot import STYLE
 from rvjax.sections.tuning import sections
 from rvjax.sections.tuning.confirmation import headline
 
@@ -29,12 +27,7 @@ def build(folder: RunFolder) -> Path:
 def write(folder: RunFolder, found: Searched) -> Path:
     """Writes the report beside what was found, and seals the folder; returns the path of `report.html`."""
     top = headline(found)
-    with matplotlib.rc_context(STYLE):
-        shown = sections(found)
-        pictures = {drawing.name: picture.draw(drawing) for section in shown for drawing in section.drawings}
-    for name, drawn in pictures.items():
-        folder.write_text(f"figures/{name}.svg", drawn.svg)
-        folder.write_bytes(f"figures/{name}.png", drawn.png)
+    shown, pictures = drawn(folder, lambda: sections(found))
     folder.write_text("report.md", markdown.page(top, shown))
     page = folder.write_text("report.html", html.page(top, shown, pictures))
     folder.seal()

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import json
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeGuard
@@ -37,52 +38,53 @@ def digits(x: float) -> float:
 
 
 @dataclass(frozen=True)
-class Linear:
-    """x = low + u (high − low)."""
+class Span(ABC):
+    """A range of numbers, between whose ends a coordinate leads."""
 
     low: float
     high: float
-    levels: int = 0
-    ordered: bool = True
 
+    levels = 0
+    ordered = True
+
+    @abstractmethod
     def exact(self, u: float) -> float:
         """The value at a coordinate, with all digits."""
-        return self.low + u * (self.high - self.low)
+
+    @abstractmethod
+    def inverse(self, x: float) -> float:
+        """The coordinate of a value."""
 
     def value(self, u: float) -> Value:
-        """The value at a coordinate."""
+        """The value at a coordinate, as it is written."""
         return min(max(digits(self.exact(u)), self.low), self.high)
 
     def coordinate(self, value: Value) -> float | None:
         """The inverse of `value`; None outside of the range."""
-        inside = is_number(value) and self.low <= value <= self.high
-        return (float(value) - self.low) / (self.high - self.low) if inside else None
+        return self.inverse(float(value)) if is_number(value) and self.low <= value <= self.high else None
+
+
+class Linear(Span):
+    """x = low + u (high − low)."""
+
+    def exact(self, u: float) -> float:
+        return self.low + u * (self.high - self.low)
+
+    def inverse(self, x: float) -> float:
+        return (x - self.low) / (self.high - self.low)
 
     def __str__(self) -> str:
         return f"{self.low:g} to {self.high:g}"
 
 
-@dataclass(frozen=True)
-class Log:
+class Log(Span):
     """x = low (high/low)^u."""
 
-    low: float
-    high: float
-    levels: int = 0
-    ordered: bool = True
-
     def exact(self, u: float) -> float:
-        """The value at a coordinate, with all digits."""
         return self.low * (self.high / self.low) ** u
 
-    def value(self, u: float) -> Value:
-        """The value at a coordinate."""
-        return min(max(digits(self.exact(u)), self.low), self.high)
-
-    def coordinate(self, value: Value) -> float | None:
-        """The inverse of `value`; None outside of the range."""
-        inside = is_number(value) and self.low <= value <= self.high
-        return math.log(float(value) / self.low) / math.log(self.high / self.low) if inside else None
+    def inverse(self, x: float) -> float:
+        return math.log(x / self.low) / math.log(self.high / self.low)
 
     def __str__(self) -> str:
         return f"{self.low:g} to {self.high:g}, by ratio"

@@ -178,8 +178,7 @@ class Judge:
     def score(self, frame: pd.DataFrame) -> Score:
         """What a candidate is worth; of the weighted goal one objective."""
         values = [measure.value(measure.losses(frame)) for measure in self.measures]
-        required = zip(self.requirements, self._readings, self._needed, strict=True)
-        violation = sum(self._shortfall(one, reading, share, frame) for one, reading, share in required)
+        violation = sum(self._shortfalls(frame))
         if self.goal == "weighted" and len(values) > 1:
             values = [self._sum(values)]
         return Score(violation, tuple(values))
@@ -200,6 +199,11 @@ class Judge:
         """Each objective by itself, as it is shown."""
         return tuple(measure.shown(measure.value(measure.losses(frame))) for measure in self.measures)
 
+    def _shortfalls(self, frame: pd.DataFrame) -> list[float]:
+        """By how much each requirement is missed."""
+        required = zip(self.requirements, self._readings, self._needed, strict=True)
+        return [self._shortfall(one, reading, share, frame) for one, reading, share in required]
+
     @staticmethod
     def _shortfall(requirement: Requirement, reading: Reading, share: float, frame: pd.DataFrame) -> float:
         values = reading.values(frame, {})[reading.chosen(frame)]
@@ -217,8 +221,10 @@ class Judge:
         """p-value of pairs against: the first is not worse than the second, which has the better score."""
         ours, theirs = self.score(frame), self.score(better)
         found: list[float] = []
-        if ours.violation > theirs.violation and self.requirements:
-            found.append(min(1.0, len(self.requirements) * min(self._p_complies(frame, better))))
+        if ours.violation > theirs.violation:
+            missed = zip(self._p_complies(frame, better), self._shortfalls(frame), self._shortfalls(better), strict=True)
+            each = [p for p, here, there in missed if here > there]  # one that both meet is no matter of a violation
+            found.append(min(1.0, len(each) * min(each)))
         if self.goal == "pareto":
             pairs = zip(self.measures, ours.objectives, theirs.objectives, strict=True)
             each = [m.p_worse(m.losses(frame), m.losses(better)) if a > b else 1.0 for m, a, b in pairs]

@@ -103,6 +103,25 @@ def test_requirements_come_before_objectives() -> None:
     assert chosen.score(frame).violation == pytest.approx(0.5)
 
 
+def test_a_requirement_that_is_met_is_no_violation() -> None:
+    """The second is captured less often than the first, significantly, but as often as it has to be; it misses another requirement
+    by one sample, which is no evidence. Kills: a candidate that leaves for what it is allowed."""
+    required = (
+        Requirement(metric="captured", at_least=0.8),
+        Requirement(metric="saturation_duty", channel="any", at_least=0.95, below=1.0),
+    )
+    made = judge(measure(metric="settling_time_s", mean=True), require=required)
+    k = np.arange(100)
+    first = table(np.full(100, 2.0)).assign(**{"metric.saturation_duty.any": np.where(k < 5, 2.0, 0.0)})
+    second = table(np.full(100, 1.0)).assign(
+        **{"metric.saturation_duty.any": np.where(k < 6, 2.0, 0.0), "outcome": np.where(k < 85, "captured", "not_settled")}
+    )
+    assert made.score(first).violation == 0.0
+    assert made.score(second).violation == pytest.approx(0.01)
+    assert made.p_fails(second, first) < 1e-3
+    assert made.p_worse(second, first) == 0.5
+
+
 def test_what_is_needed_passes_on_fresh_draws() -> None:
     """By the binomial law itself, 4,096 samples for 99 % at 95 %. Kills: the limit itself, where a verdict is a matter of luck;
     a class whose size nobody knows; a demand that no share could meet."""

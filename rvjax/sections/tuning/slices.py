@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from rvjax.searched import Row, Searched
+from rvjax.searched import Axis, Row, Searched
 from rvjax.sections import plot
 from rvjax.sections.page import Drawing, Section
 from rvjax.sections.tuning.course import OWN, label, shown
 from rvjax.sections.wording import count
+
+Free = list[tuple[int, Axis]]
+"""The free parameters, each with the place of its coordinate."""
 
 MOST = 12
 COLUMNS = 3
@@ -31,7 +35,7 @@ def section(found: Searched) -> Section | None:
     return Section("slices", "Where the good values lie", f"Every candidate by its values.{more}", tuple(body))
 
 
-def _slices(found: Searched, rows: list[Row], free: list) -> Drawing:  # type: ignore[type-arg]
+def _slices(found: Searched, rows: list[Row], free: Free) -> Drawing:
     lines = math.ceil(len(free) / COLUMNS)
     figure, panels = plot.axes(lines, min(COLUMNS, len(free)), 2.3 * lines + 0.3, sharey=True)
     y = np.array([shown(found, 0, row.objectives[0]) for row in rows])
@@ -67,7 +71,7 @@ def _slices(found: Searched, rows: list[Row], free: list) -> Drawing:  # type: i
     return Drawing("tuning-slices", caption, figure)
 
 
-def _parallel(found: Searched, rows: list[Row], free: list) -> Drawing:  # type: ignore[type-arg]
+def _parallel(found: Searched, rows: list[Row], free: Free) -> Drawing:
     figure, (axis,) = plot.axes(1, 1, 3.0)
     order = sorted(rows, key=lambda row: (row.violation, row.score), reverse=True)[-LINES:]
     u = np.array([[row.u[index] for index, _ in free] for row in order])
@@ -105,7 +109,7 @@ def _positions(name: str, scale: str, rows: list[Row], found: Searched) -> np.nd
     return np.array([float(known.index(str(row.values[name]))) for row in rows])
 
 
-def _level_ticks(axis, name: str, rows: list[Row]) -> None:  # type: ignore[no-untyped-def]
+def _level_ticks(axis: Axes, name: str, rows: list[Row]) -> None:
     known = _levels(name, rows)
     step = max(1, len(known) // 8)
     axis.set_xticks(range(0, len(known), step), known[::step])
