@@ -36,7 +36,7 @@ def main() -> None:
     parser.add_argument("--candidates", type=int, default=16)
     given = parser.parse_args()
     process.configure()
-    space, _, _, _ = prepare(given.file)
+    space, _, _, _ = prepare(given.file, ["samples=100000000"])  # as many chunks as it may take
     problem, rng = space.problem, np.random.default_rng(0)
     pilot = Pilot(problem, {})
     lanes = CHUNKS * LANES

@@ -104,8 +104,8 @@ def test_requirements_come_before_objectives() -> None:
 
 
 def test_a_requirement_that_is_met_is_no_violation() -> None:
-    """The second is captured less often than the first, significantly, but as often as it has to be; it misses another requirement
-    by one sample, which is no evidence. Kills: a candidate that leaves for what it is allowed."""
+    """The second is captured less often than the first, significantly, but as often as it has to be; it misses something else by
+    one sample, which is no evidence. Kills: a candidate that leaves for what it is allowed."""
     required = (
         Requirement(metric="captured", at_least=0.8),
         Requirement(metric="saturation_duty", channel="any", at_least=0.95, below=1.0),
