@@ -85,8 +85,8 @@ class Problem:
         return {name: column for metric in self.metrics for name, column in metric.columns.items()}
 
 
-def load(path: str | Path, overrides: Sequence[str] = ()) -> Problem:
-    """The problem that a campaign file states. overrides: `place=value`, as in `--set`.
+def load(path: str | Path | Source, overrides: Sequence[str] = ()) -> Problem:
+    """The problem that a campaign file states, or one that was read before. overrides: `place=value`, as in `--set`.
 
     Errors: CampaignError with every finding, each with file, line and column.
     """

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
-from typing import Any
 
 from rvjax.columns import MARGIN
 from rvjax.errors import Finding
 from rvjax.spec import Requirement, Spec
 from rvjax.spec.formula import TimeShare
 from rvjax.spec.notation import did_you_mean
-from rvjax.spec.values import is_mapping
 from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper, log_e_fail, log_e_pass, log_ratio
 
 
 def findings(spec: Spec, draws: Collection[str]) -> list[Finding]:
     """Classes by draws that there are not, and requirements that no outcome of all samples would decide. draws: their names."""
-    return [*_classes(spec, {*draws, *_counts(spec)}), *_undecidable(spec), *_interpretations(spec)]
+    return [*_classes(spec, {*draws, *counted(spec)}), *_undecidable(spec), *_interpretations(spec)]
 
 
 def reach(requirement: Requirement, samples: int) -> tuple[bool, bool]:
@@ -44,11 +42,10 @@ def _classes(spec: Spec, names: Collection[str]) -> Iterator[Finding]:
                 )
 
 
-def _counts(spec: Spec) -> Iterator[str]:
+def counted(spec: Spec) -> Iterator[str]:
     """Columns of the table that count what was drawn: how many channels of a fault fail."""
     for fault in spec.faults:
-        said: Any = fault.parameters
-        if is_mapping(said) and "schedule" in said:
+        if "schedule" in fault.parameters:
             yield f"{fault.prefix}.schedule.failing"
 
 

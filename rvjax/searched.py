@@ -42,7 +42,7 @@ class Axis(_Part):
 
 
 class Measured(_Part):
-    """An objective in words, its unit, and whether it is to be large. level: of a quantile, which quantile of which metric."""
+    """An objective in words, its unit, whether it is to be large, whether it is a share, and its weight in a sum."""
 
     text: str
     unit: str
@@ -53,7 +53,7 @@ class Measured(_Part):
 
 class Row(_Part):
     """A candidate. batch: that proposed it; u: its coordinates; values: of all parameters; round, samples: the last that it flew;
-    left: how it left; violation; objectives: each as it is shown; score: what is compared. front: on the best front so far."""
+    left: how it left; violation; objectives: each as it is shown; score: what is compared. first: score after the first round."""
 
     candidate: int
     batch: int
@@ -139,7 +139,8 @@ class Cost(_Part):
 
 
 class Searched(_Part):
-    """Everything. best: number of the best candidate, 0 the campaign as it is; front: the best ones of a goal with several."""
+    """Everything. start: the coordinates of the campaign as it is, none where it is outside of the ranges. best: number of the
+    best candidate, 0 the campaign as it is; front: the best ones of a goal with several."""
 
     format: Literal[1] = FORMAT
     name: str
@@ -149,6 +150,7 @@ class Searched(_Part):
     seed: int
     requirements: int
     parameters: list[Axis]
+    start: list[float]
     objectives: list[Measured]
     rows: list[Row]
     best: int

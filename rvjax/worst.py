@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from rvjax import pockets, process, tables
-from rvjax.batch import LANES, Flyer, Tangents, devices, streams
+from rvjax.batch import LANES, Flyer, Tangents, devices
 from rvjax.campaign import Problem, load
 from rvjax.check.complying import Reading
 from rvjax.check.words import success_of
@@ -39,6 +39,7 @@ from rvjax.errors import UsageError
 from rvjax.executors.inline import beside
 from rvjax.exporting import campaign_text
 from rvjax.pilot import STRETCH
+from rvjax.requirements import counted
 from rvjax.results import files
 from rvjax.samplers.interface import Samples
 from rvjax.samplers.points import Block, columns_of
@@ -53,6 +54,9 @@ REACH = 1e-4
 
 LENGTHS = np.geomspace(1e-3, 4.0, LANES)
 """Of the steps down a gradient that are tried at once."""
+
+BATCH = 4 * LANES
+"""Flights at once, the same on every machine: what is searched depends on it."""
 
 DESCENTS = 8
 """Steps down the gradient at most, from the worst case that the searches have found."""
@@ -129,7 +133,9 @@ class Hunt:
         self.problem, self.requirement = problem, requirement
         self._reading = Reading(requirement)
         self._columns = {f"metric.{name}": column for name, column in problem.metric_columns.items()}
-        self._reading.columns([*self._columns, *(f"draw.{name}" for name in problem.dispersions.columns)])
+        self._reading.columns(
+            [*self._columns, *(f"draw.{name}" for name in (*problem.dispersions.columns, *counted(problem.spec)))]
+        )
         laws: Mapping[str, Any] = {name: variable.law for name, variable in problem.dispersions.variables.items()}
         self._counts = {name: law.uniforms for name, law in laws.items()}
         chosen = [name for name in laws if not vary or any(covers(one, name) for one in vary)]
@@ -247,6 +253,8 @@ def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, va
     if not 1 <= number <= len(required):
         accepted = f"1 to {len(required)}" if required else "none, the campaign requires nothing"
         raise UsageError(f"{path}: there is no requirement {number}; accepted: {accepted}")
+    if required[number - 1].mean:
+        raise UsageError(f"{path}: requirement {number} is on a mean, which no flight meets by itself; accepted: another one")
     names = list(problem.dispersions.variables)
     for one in vary:
         if not any(covers(one, name) for name in names):
@@ -291,7 +299,7 @@ def worst(
     dimension, side = len(hunt.coordinates), box or pockets.FARTHEST
     descent = dimension + LANES
     spared = 0 if first_only else min(flights // 4 // descent, DESCENTS) * descent
-    batch = min(LANES * streams(), flights - spared)
+    batch = min(BATCH, flights - spared)
     found = pockets.search(margin, dimension, seed, flights - spared, batch, radius, side, until_failure=first_only, refine=False)
     history = [float(x) for x in found.history]
     while done + descent <= flights and not first_only:
@@ -320,6 +328,7 @@ def export(hunt: Hunt, found: Worst, folder: Path, overrides: Sequence[str] = ()
     path. With noise in flight only the worst one, which is sample 0, has the noise that it was found with."""
     spec = hunt.problem.spec
     noisy = any(part.noisy for part in (*hunt.problem.disturbances, *hunt.problem.navigation))
+    noisy |= any(part.schedule is not None for part in hunt.problem.faults)  # whose lots are those of a sample
     cases = [found.worst]
     if found.likeliest is not None and found.likeliest.margin != found.worst.margin and not noisy:
         cases.append(found.likeliest)
@@ -328,7 +337,10 @@ def export(hunt: Hunt, found: Worst, folder: Path, overrides: Sequence[str] = ()
     lines = [",".join(table), *(",".join(repr(float(values[row])) for values in table.values()) for row in range(len(cases)))]
     with files.explained(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    files.replace(folder / POINTS, ("\n".join(lines) + "\n").encode())
+    points = POINTS
+    while points in spec.source.inputs:
+        points = f"found-{points}"
+    files.replace(folder / points, ("\n".join(lines) + "\n").encode())
     for name, content in spec.source.inputs.items():
         files.replace(folder / name, content)
     drawn = sorted({name.partition(".")[0] for name in numbers})  # one flight proves of no draw that it acts
@@ -336,7 +348,7 @@ def export(hunt: Hunt, found: Worst, folder: Path, overrides: Sequence[str] = ()
         *overrides,
         f"audit={{allow: [{', '.join(drawn)}]}}",
         f"samples={len(cases)}",
-        f"sampler={{use: points, csv: {POINTS}}}",
+        f"sampler={{use: points, csv: {points}}}",
         "keep={all: true}",
     ]
     said = f"the worst flight of {found.flights} that `rvjax worst` flew is sample 0, its margin {found.worst.margin:.6g}"

@@ -299,9 +299,10 @@ def _canonical(value: Any, numbers: bool) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def parse(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Spec | None, list[Finding], Source]:
-    """A campaign file, its findings, and its source; the campaign is None exactly if there are findings."""
-    source = attach(override(read(path), overrides))
+def parse(path: str | Path | Source, overrides: Sequence[str] = ()) -> tuple[Spec | None, list[Finding], Source]:
+    """A campaign file, or one that was read before, its findings, and its source; the campaign is None exactly if there are
+    findings."""
+    source = attach(override(path if isinstance(path, Source) else read(path), overrides))
     findings = list(source.findings)
     if source.value is None:
         return None, findings, source

@@ -69,7 +69,7 @@ def _row(
     sign = -1.0 if largest else 1.0
     low, high = sorted((sign * difference.low, sign * difference.high))
     verdict = "better" if high < 0.0 else "worse" if low > 0.0 else "not told apart"
-    optimism = sign * (tuned - seen) if math.isfinite(tuned) and math.isfinite(seen) else 0.0 if tuned == seen else math.inf
+    optimism = 0.0 if tuned == seen else sign * (tuned - seen)
     return Confirmed(
         text=text,
         unit=unit,
@@ -88,7 +88,7 @@ def _difference(measure: Measure, x: Values, y: Values, confidence: float) -> Es
     """Winner minus own, in the metric's own sense."""
     one, generator = measure.objective, np.random.default_rng(SEED)
     if one.probability:
-        return newcombe(pairs_of(y < 0.5, x < 0.5), confidence)
+        return newcombe(pairs_of(x < 0.5, y < 0.5), confidence)
     sign = -1.0 if measure.largest else 1.0
     if one.quantile is not None:
         worst = -math.inf if measure.largest else math.inf

@@ -9,9 +9,11 @@ search, begun again, asks for the same chunks in the same order, and those that 
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import jax
@@ -35,6 +37,7 @@ from rvjax.tuning.space import Space
 
 CANDIDATE = Column("search.candidate", "", "number of the candidate; 0: the campaign as it is")
 SAMPLE = Column("search.sample", "", "number of the sample of the search that it flew")
+VALUES = Column("search.values", "", "of the candidate's values: the beginning of their SHA-256, as a number")
 ALWAYS = ("metric.captured",)
 
 Row = tuple[int, int]
@@ -49,6 +52,11 @@ class Candidate:
     values: dict[str, Value]
     point: NDArray[np.float64] | None
     problem: Problem | None
+
+    @cached_property
+    def mark(self) -> int:
+        """Of the values."""
+        return int(hashlib.sha256(json.dumps(self.values, sort_keys=True).encode()).hexdigest()[:12], 16)
 
 
 class Flights:
@@ -99,14 +107,31 @@ class Flights:
         """Whether the campaign does not accept its values."""
         return self.candidates[candidate].problem is None
 
+    def _todo(self, candidates: Sequence[int], samples: NDArray[np.int64]) -> list[Row]:
+        return [(one, int(k)) for one in candidates for k in samples if int(k) not in self._flown.get(one, {})]
+
+    def affordable(self, candidates: Sequence[int], samples: NDArray[np.int64]) -> list[int]:
+        """The first of the candidates that the budget allows to fly these samples."""
+        left, fit = self._most - self.flights, list[int]()
+        for one in candidates:
+            left -= len(self._todo([one], samples)) * (one != 0)
+            if left < 0:
+                break
+            fit.append(one)
+        return fit
+
+    def spend(self, flights: int) -> None:
+        """Counts flights that no candidate has a row of. Spent where that is more than the budget allows."""
+        if self.flights + flights > self._most:
+            raise Spent
+        self.flights += flights
+
     def fly(self, candidates: Sequence[int], samples: NDArray[np.int64]) -> None:
         """Flies what of it has not been flown; on the disk on return. Spent where that is more than the budget allows."""
-        todo = [(one, int(k)) for one in candidates for k in samples if int(k) not in self._flown.get(one, {})]
+        todo = self._todo(candidates, samples)
         if not todo:
             return
-        costs = sum(one != 0 for one, _ in todo)
-        if self.flights + costs > self._most:
-            raise Spent
+        self.spend(sum(one != 0 for one, _ in todo))
         groups: dict[tuple[str, int], list[Row]] = {}
         for row in todo:
             problem = self._problem(row[0])
@@ -126,7 +151,6 @@ class Flights:
         beside(lambda order: self._chunk(*order), orders, keep, self.stop)
         for number, chunk in enumerate(chunks, first):
             self._enter(number, chunk, known[number])
-        self.flights += costs
 
     def table(self, candidate: int, samples: NDArray[np.int64]) -> pd.DataFrame:
         """Its flights of these samples, in their order."""
@@ -153,8 +177,9 @@ class Flights:
 
     def _enter(self, number: int, chunk: Sequence[Row], table: pd.DataFrame) -> None:
         """Takes in a chunk's table, which must be of the rows that are wanted."""
-        found = list(zip(table[CANDIDATE.name].tolist(), table[SAMPLE.name].tolist(), strict=True))
-        if found != list(chunk):
+        names = (CANDIDATE.name, VALUES.name, SAMPLE.name)
+        found = list(zip(*(table[name].tolist() for name in names), strict=True))
+        if found != [(one, self.candidates[one].mark, sample) for one, sample in chunk]:
             raise FolderError(
                 f"{self._folder.path}: chunk {number} is of other candidates than this search asks for; "
                 "tune again with another --out"
@@ -180,13 +205,14 @@ class Flights:
                 "sample": np.arange(number * LANES, number * LANES + len(rows), dtype=np.int64),
                 "outcome": came["outcome"],
                 CANDIDATE.name: np.array([one for one, _ in rows], dtype=np.int64),
+                VALUES.name: np.array([self.candidates[one].mark for one, _ in rows], dtype=np.int64),
                 SAMPLE.name: np.array([sample for _, sample in rows], dtype=np.int64),
             }
             | {name: came[name] for name in self._columns}
         )
         known = {f"metric.{name}": column for name, column in problem.metric_columns.items()}
         known |= {f"draw.{name}": column for name, column in draws[0][0].columns.items()}
-        columns = {CANDIDATE.name: CANDIDATE, SAMPLE.name: SAMPLE} | {name: known[name] for name in self._columns}
+        columns = {one.name: one for one in (CANDIDATE, VALUES, SAMPLE)} | {name: known[name] for name in self._columns}
         return DataFile.of(Key("samples", number), frame, columns, self._folder.digest)
 
     def _flyer(self, problem: Problem, structure: Any) -> Flyer:

@@ -19,6 +19,9 @@ is tested in pairs on the samples that both have flown:
                                          McNemar's test of who was lost where one was
     weighted sum                         z of the difference, its deviation by RESAMPLES bootstraps of the pairs
 
+An objective is only compared with one that is shown to meet the requirements: of two that violate, or that may, the order of
+their objectives is not what decides in the end.
+
 McNemar's test is exact where the threshold is given; where it is a quantile of the same samples, and for t and z, the risk is
 nominal.
 """
@@ -39,11 +42,14 @@ from rvjax.check.complying import Reading
 from rvjax.columns import Column
 from rvjax.spec import Requirement
 from rvjax.spec.tuning import Goal, Objective
-from rvjax.stats import mcnemar, verdict_chances
+from rvjax.stats import clopper_pearson_lower, mcnemar, verdict_chances
 
 Values = NDArray[np.float64]
 
 RESAMPLES = 200
+
+CONFIDENCE = 0.95
+"""With which the better one has to be shown to meet a requirement before objectives are compared."""
 
 POWER = 0.9
 """Probability to pass on fresh draws that a candidate is asked for."""
@@ -92,20 +98,12 @@ class Measure:
             return np.where(complies & ~lost, 0.0, 1.0)
         return np.where(lost, np.inf, -x if self.largest else x)
 
-    @property
-    def level(self) -> float:
-        """Of a quantile or cvar, as one of the losses."""
-        q = self.objective.quantile if self.objective.quantile is not None else self.objective.cvar
-        assert q is not None, "it has none"
-        return 1.0 - q if self.largest and self.objective.quantile is not None else q
-
     def value(self, x: Values) -> float:
         """Of losses (n,)."""
-        if self.objective.quantile is not None:
-            return quantile(x, self.level)
-        if self.objective.cvar is not None:
-            return tail_mean(x, self.level)
-        return float(np.mean(x))
+        one = self.objective
+        if one.quantile is not None:
+            return -quantile(-x, one.quantile) if self.largest else quantile(x, one.quantile)
+        return tail_mean(x, one.cvar) if one.cvar is not None else float(np.mean(x))
 
     def shown(self, loss: float) -> float:
         """The value in the metric's own sense: a share that complies, a margin that is large."""
@@ -120,9 +118,10 @@ class Measure:
             return _p_counts(x > 0.5, other > 0.5)
         if one.mean:
             return _p_means(x, other)
-        threshold = quantile(other, self.level)
         if one.quantile is not None:
+            threshold = self.value(other)
             return _p_counts(x > threshold, other > threshold)
+        threshold = quantile(other, one.cvar or 0.0)
         if not math.isfinite(threshold):
             return _p_counts(np.isinf(x), np.isinf(other))
         return _p_means(np.maximum(x - threshold, 0.0), np.maximum(other - threshold, 0.0))
@@ -137,7 +136,9 @@ class Measure:
             return f"share with {name}{side}"
         if one.quantile is not None:
             return f"{one.quantile:g} quantile of {name}"
-        return f"mean of {name} beyond its {one.cvar:g} quantile" if one.cvar is not None else f"mean of {name}"
+        if one.cvar is not None:
+            return f"mean of {name} {f'below its {1.0 - one.cvar:g}' if self.largest else f'above its {one.cvar:g}'} quantile"
+        return f"mean of {name}"
 
 
 def quantile(x: Values, q: float) -> float:
@@ -228,10 +229,28 @@ class Judge:
         if self.goal == "pareto":
             pairs = zip(self.measures, ours.objectives, theirs.objectives, strict=True)
             each = [m.p_worse(m.losses(frame), m.losses(better)) if a > b else 1.0 for m, a, b in pairs]
-            found.append(max(each))
-        elif ours.objectives > theirs.objectives:
+            found.append(max(each) if self.complies(better) else 1.0)
+        elif ours.objectives > theirs.objectives and self.complies(better):
             found.append(self._p_objective(frame, better, ours, theirs))
         return min(1.0, len(found) * min(found)) if found else 1.0
+
+    def complies(self, frame: pd.DataFrame) -> bool:
+        """Whether the samples show, at CONFIDENCE for each requirement, that it is met. Until then nobody is worse for being
+        slower than a candidate that may turn out to violate."""
+        return all(self._shown(one, reading, frame) for one, reading in zip(self.requirements, self._readings, strict=True))
+
+    @staticmethod
+    def _shown(requirement: Requirement, reading: Reading, frame: pd.DataFrame) -> bool:
+        values = reading.values(frame, {})[reading.chosen(frame)]
+        if not requirement.mean:
+            return clopper_pearson_lower(int(np.sum(reading.comply(values))), len(values), CONFIDENCE) >= requirement.limit
+        if len(values) < 2 or not np.isfinite(values).all():
+            return False
+        limit = requirement.below if requirement.below is not None else requirement.above
+        assert limit is not None, "a mean has a side"
+        off = float(np.mean(values)) - limit if requirement.below is not None else limit - float(np.mean(values))
+        deviation = float(np.std(values, ddof=1)) / math.sqrt(len(values))
+        return float(special.stdtr(len(values) - 1, off / deviation)) <= 1.0 - CONFIDENCE if deviation > 0.0 else off <= 0.0
 
     def p_fails(self, frame: pd.DataFrame, better: pd.DataFrame) -> float:
         """p-value of pairs against: the first complies with the requirements, or is captured, as often as the second."""

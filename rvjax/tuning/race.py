@@ -5,8 +5,8 @@
 After each round but the last a candidate leaves
 
     by a test    that it is worse than the best of the round, in pairs (`Judge.p_worse`), with Holm's correction over the
-                 candidates, each round at risk/R: the best of all is thrown out by a test with probability ≤ risk, as far as
-                 the tests keep theirs
+                 candidates, each round at risk/R (half of that for the hard samples): the best of all is thrown out by a
+                 test with probability ≤ risk, as far as the tests keep theirs
     by halving   if it is not among the best `keep` of those that began the round, the best so far not counted
 
 Hard samples are flown in the first round as well: a candidate that fails more of them than the best one does, by the same test,
@@ -19,7 +19,7 @@ Birattari et al., GECCO 2002.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -27,7 +27,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax.searches.interface import Spent
 from rvjax.spec.tuning import Goal
 from rvjax.stats import holm
 from rvjax.tuning.objective import REFUSED, Judge, Score
@@ -39,7 +38,11 @@ class Field(Protocol):
     """Who flies the candidates of a race."""
 
     def fly(self, candidates: Sequence[int], samples: NDArray[np.int64]) -> None:
-        """Flies what of it has not been flown. Raises `Spent` where the budget does not allow it."""
+        """Flies what of it has not been flown."""
+        ...
+
+    def affordable(self, candidates: Sequence[int], samples: NDArray[np.int64]) -> list[int]:
+        """The first of the candidates that the budget allows to fly these samples."""
         ...
 
     def table(self, candidate: int, samples: NDArray[np.int64]) -> pd.DataFrame:
@@ -73,30 +76,37 @@ class Rules:
 
 
 def race(
-    candidates: Sequence[int], runners: Field, judge: Judge, rules: Rules, incumbent: int | None = None
+    candidates: Sequence[int],
+    runners: Field,
+    judge: Judge,
+    rules: Rules,
+    incumbent: int | None = None,
+    late: Callable[[], bool] = lambda: False,
 ) -> tuple[list[Standing], bool]:
     """Flies candidates against each other and against the incumbent, the best so far, which never leaves; returns the standing of
-    each of the candidates, in their order, and whether the budget was used up before the end."""
+    each of the candidates, in their order, and whether the budget was used up before the end. late: asked before each round."""
     everyone = [*candidates, *([] if incumbent is None else [incumbent])]
     standings = {one: Standing(one) for one in everyone}
     for one, standing in standings.items():
         if runners.refused(one):
             standing.left = "refused"
             standing.score = Score(REFUSED, (math.inf,) * judge.objectives)
-    last = len(rules.sizes) - 1
+    last, over = len(rules.sizes) - 1, False
+    order = [*([] if incumbent is None else [incumbent]), *(one for one in candidates if one != incumbent)]
     for number, size in enumerate(rules.sizes):
-        running = [one for one, standing in standings.items() if not standing.left]
-        if not running:
+        running = [one for one in order if not standings[one].left]
+        if not running or over:
             break
         samples = np.arange(size, dtype=np.int64)
-        try:
-            runners.fly(running, samples)
-            if number == 0 and rules.hard:
-                runners.fly(running, np.array(rules.hard, dtype=np.int64))
-        except Spent:
-            for one in running:
-                standings[one].left = "budget"
-            return [standings[one] for one in candidates], True
+        flown = np.union1d(samples, np.array(rules.hard if number == 0 else (), dtype=np.int64))
+        fit = [] if late() else runners.affordable(running, flown)
+        for one in running[len(fit) :]:
+            standings[one].left = "budget"
+        over = len(fit) < len(running)
+        running = [] if fit == [incumbent] and over else fit
+        if not running:
+            break
+        runners.fly(running, flown)
         tables = {one: runners.table(one, samples) for one in running}
         for one in running:
             standing = standings[one]
@@ -104,17 +114,21 @@ def race(
         if number == last:
             break
         order = ordered({one: standings[one].score for one in running}, judge.goal)
-        worse = _worse(order, tables, judge, rules.risk / last, judge.goal)
+        risk = rules.risk / last / (2.0 if number == 0 and rules.hard else 1.0)
+        worse = _worse(order, tables, judge, risk, judge.goal)
         if number == 0 and rules.hard:
             hard = np.array(rules.hard, dtype=np.int64)
-            worse |= _failing(order, {one: runners.table(one, hard) for one in running}, judge, rules.risk / last)
+            worse |= _failing(order, {one: runners.table(one, hard) for one in running}, judge, risk)
         challengers = [one for one in order if one != incumbent]
         most = max(1, math.ceil(rules.keep * len(challengers)))
         stay = [one for one in challengers if one not in worse]
         for one in running:
             if one != incumbent:
                 standings[one].left = "test" if one in worse else "" if one in stay[:most] else "halving"
-    return [standings[one] for one in candidates], False
+    for one in candidates:
+        if not standings[one].left and standings[one].round < last:
+            standings[one].left = "budget"
+    return [standings[one] for one in candidates], over
 
 
 def ordered(scores: dict[int, Score], goal: Goal) -> list[int]:

@@ -14,12 +14,15 @@ from rvjax.searches.interface import Search as Propose
 from rvjax.searches.interface import Spent, Task, Told
 from rvjax.spec.tuning import Tuning
 from rvjax.tuning.flights import Flights
-from rvjax.tuning.objective import Judge, Score
+from rvjax.tuning.objective import Judge
 from rvjax.tuning.race import Rules, Standing, front_of, ordered, race, ranks
 from rvjax.tuning.slopes import Slopes
 
 OWN = 0
 """Number of the campaign as it is."""
+
+IDLE = 20
+"""After so many batches in a row without a new candidate there is nothing left to find."""
 
 
 @dataclass
@@ -47,24 +50,32 @@ class Search:
     best: int = OWN
     batches: int = 0
     hard: tuple[int, ...] = ()
+    idle: int = 0
 
     def __post_init__(self) -> None:
         self.rounds = [Round(size) for size in self.tuning.rounds]
         self._began = time.monotonic()
 
     def run(self, propose: Propose, task: Task) -> None:
-        """Flies the campaign as it is, then everything that the method proposes until the budget is used up."""
+        """Flies everything that the method proposes until the budget is used up; before that the campaign as it is."""
+        with suppress(Spent):
+            propose(task, self)
+        if not self.standings:
+            self._begin()
+
+    def _begin(self) -> None:
         samples = np.arange(self.tuning.rounds[-1], dtype=np.int64)
         self.flights.fly([OWN], samples)
         own = Standing(OWN, len(self.tuning.rounds) - 1, len(samples), self.judge.score(self.flights.table(OWN, samples)))
         self.standings[OWN], self.batch_of[OWN] = own, 0
         self._remember_hard()
-        with suppress(Spent):
-            propose(task, self)
 
     def __call__(self, points: NDArray[np.float64]) -> Told:
         """What comes of proposed points: a race of those that have not flown yet; others keep the standing that they have."""
-        self._on_time()
+        if not self.standings:
+            self._begin()
+        if self._late():
+            raise Spent
         numbers: list[int] = []
         most = self.tuning.budget.candidates
         cut = False
@@ -75,7 +86,8 @@ class Search:
                 continue
             numbers.append(self.flights.number(self.flights.space.values(point), point))
         new = [one for one in dict.fromkeys(numbers) if one not in self.standings]
-        if not new and cut:
+        self.idle = 0 if new else self.idle + 1
+        if (not new and cut) or self.idle > IDLE:
             raise Spent
         over = self._race(new) if new else False
         if cut or over:
@@ -91,20 +103,19 @@ class Search:
     def _whole(self) -> list[int]:
         return [one for one, standing in self.standings.items() if not standing.left and standing.score.objectives]
 
-    def _on_time(self) -> None:
+    def _late(self) -> bool:
+        """Whether the minutes are over; of a search that was over by time before, whether it has all that it had then."""
         minutes = self.tuning.budget.minutes
         if self.stop_at is not None:
-            if self.flights.lanes >= self.stop_at:
-                raise Spent
-        elif minutes is not None and time.monotonic() - self._began >= 60.0 * minutes:
-            raise Spent
+            return self.flights.lanes >= self.stop_at
+        return minutes is not None and time.monotonic() - self._began >= 60.0 * minutes
 
     def _race(self, new: list[int]) -> bool:
         """Flies new candidates; returns whether the budget was used up meanwhile."""
         race_of = self.tuning.race
         rules = Rules(self.tuning.rounds, race_of.keep, race_of.risk, self.hard)
         self.batches += 1
-        came, over = race(new, self.flights, self.judge, rules, self.best)
+        came, over = race(new, self.flights, self.judge, rules, self.best, self._late)
         for standing in came:
             self.standings[standing.candidate], self.batch_of[standing.candidate] = standing, self.batches
             for number in range(standing.round + 1):
@@ -125,10 +136,12 @@ class Search:
     def _middle(self, front: list[int]) -> int:
         """Of the best front the one nearest to the best of each objective, in units of the front's extent."""
         scores = np.array([self.standings[one].score.objectives for one in front])
-        finite = np.where(np.isfinite(scores), scores, np.nan)
-        low, wide = np.nanmin(finite, axis=0), np.nanmax(finite, axis=0) - np.nanmin(finite, axis=0)
-        distance = np.linalg.norm(np.where(np.isfinite(scores), (scores - low) / np.where(wide > 0.0, wide, 1.0), 1e9), axis=1)
-        return front[int(np.argmin(distance))]
+        finite = np.isfinite(scores)
+        low = np.where(finite, scores, np.inf).min(axis=0)
+        wide = np.where(finite, scores, -np.inf).max(axis=0) - low
+        with np.errstate(invalid="ignore"):
+            scaled = np.where(finite, (scores - low) / np.where(wide > 0.0, wide, 1.0), 1e9)
+        return front[int(np.argmin(np.linalg.norm(scaled, axis=1)))]
 
     def _remember_hard(self) -> None:
         """The samples that the best candidate does worst, of those that the first round does not fly anyway."""
@@ -152,10 +165,6 @@ class Search:
             ranks(standings, self.judge.goal),
             slopes,
         )
-
-    def score(self, one: int) -> Score:
-        """Of a candidate that flew."""
-        return self.standings[one].score
 
     def _say(self) -> None:
         most = self.tuning.budget.candidates

@@ -112,7 +112,6 @@ class Slopes:
         self._metric = SMOOTH[tuning.objective[0].metric]
         self._samples = np.arange(tuning.rounds[0], dtype=np.int64)
         self._programs: dict[str, Tangents] = {}
-        self.flown = 0
 
     @staticmethod
     def findings(problem: Problem, tuning: Tuning) -> list[Finding]:
@@ -156,10 +155,10 @@ class Slopes:
         drawn = jax.tree.map(lambda x: np.tile(x, len(tangents)), numbers)
         tangent = jax.tree.map(lambda *parts: np.concatenate(parts), *tangents.values())
         rows, slopes = len(tangents) * count, list[Values]()
+        self._flights.spend(rows)
         for first in range(0, rows, LANES):
             lanes = np.arange(first, first + LANES) % rows
             own, along = (jax.tree.map(lambda x, lanes=lanes: np.asarray(x)[lanes], side) for side in (drawn, tangent))
             slopes.append(program.fly(own, along, problem.spec.horizon.steps)[1][: rows - first])
-        self.flown += rows
         each = np.concatenate(slopes).reshape(len(tangents), count)
         return np.array([float(np.mean(x[np.isfinite(x)])) if np.isfinite(x).any() else 0.0 for x in each])

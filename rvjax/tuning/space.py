@@ -28,6 +28,7 @@ from rvjax.spec.distributions import Fixed
 from rvjax.spec.fields import Model, declared
 from rvjax.spec.overrides import value_at
 from rvjax.spec.parameters import Free, Parameter, Product, Value, digits, is_free
+from rvjax.spec.source import Source, read
 from rvjax.spec.tuning import Tuning
 from rvjax.spec.values import is_number
 
@@ -37,9 +38,9 @@ ENDS = 2
 
 @dataclass(frozen=True)
 class Space:
-    """path, overrides: the campaign as it is given; problem: what it states. Made by `of`."""
+    """source, overrides: the campaign as it is given; problem: what it states. Made by `of`."""
 
-    path: Path
+    source: Source
     overrides: tuple[str, ...]
     problem: Problem
     parameters: Mapping[str, Parameter]
@@ -49,14 +50,15 @@ class Space:
     def of(cls, path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tuning]:
         """The space of a campaign with a section `tune`. CampaignError with every finding: no such section, places that are none,
         ends of ranges that the campaign refuses."""
-        problem = campaign.load(path, overrides)
+        given = read(path)
+        problem = campaign.load(given, overrides)
         source, tuning = problem.spec.source, problem.spec.tune
         if tuning is None:
             accepted = "accepted: a section tune with parameters and an objective"
             raise CampaignError([source.finding((), "there is nothing to tune", accepted)])
         fixed, findings = _fixed(problem, tuning.parameters)
-        space = cls(Path(path), tuple(overrides), problem, tuning.parameters, fixed)
-        findings += _unused(problem, tuning.parameters)
+        space = cls(given, tuple(overrides), problem, tuning.parameters, fixed)
+        findings += [*_aside(problem, tuning.parameters), *_unused(problem, tuning.parameters)]
         findings += space._refused() if not findings else []
         if findings:
             raise CampaignError(dict.fromkeys(findings))
@@ -92,7 +94,12 @@ class Space:
 
     def load(self, values: Mapping[str, Value]) -> Problem:
         """The campaign with these values. CampaignError where it refuses them together."""
-        return campaign.load(self.path, (*self.overrides, *self.assignments(values)))
+        return campaign.load(self.source, (*self.overrides, *self.assignments(values)))
+
+    def of_search(self, path: Path, *more: str) -> Space:
+        """The same, of another file with the same text, and with further overrides: nobody edits the copy in a folder."""
+        given, overrides = read(path), (*self.overrides, *more)
+        return replace(self, source=given, overrides=overrides, problem=campaign.load(given, overrides))
 
     @cached_property
     def own(self) -> dict[str, Value]:
@@ -142,6 +149,21 @@ class Space:
 def is_place(name: str) -> bool:
     """Whether a parameter is a place of the campaign; else it is a name of its own, for ties."""
     return "." in name
+
+
+ASIDE = (
+    *("audit", "baselines", "correlate", "description", "epistemic", "keep", "name", "precision", "require", "rvjax"),
+    *("sampler", "tune"),
+)
+"""Parts of a campaign that no flight of a candidate depends on, or that all candidates have in common."""
+
+
+def _aside(problem: Problem, parameters: Mapping[str, Parameter]) -> list[Finding]:
+    """Places that nothing flies with, or that decide who is compared with whom."""
+    lost = [name for name in parameters if is_place(name) and name.partition(".")[0] in ASIDE]
+    accepted = "accepted: what a flight depends on, such as controller.gains.k1"
+    place, source = ("tune", "parameters"), problem.spec.source
+    return [source.finding((*place, name), f"{name} cannot be tuned", accepted, key=True) for name in lost]
 
 
 def _fixed(problem: Problem, parameters: Mapping[str, Parameter]) -> tuple[dict[str, float], list[Finding]]:

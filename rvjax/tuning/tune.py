@@ -8,20 +8,26 @@ A search is a function of its campaign and its seeds: what the folder has is not
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import rankdata
 
 from rvjax import process, run, searched
 from rvjax.basis import Independent
 from rvjax.batch import LANES
+from rvjax.campaign import load
 from rvjax.check.folders import SEARCH
-from rvjax.errors import CampaignError, FolderError
+from rvjax.errors import CampaignError, Finding, FolderError
 from rvjax.family import component, members
 from rvjax.identity import identity, provenance, short, source_digest
-from rvjax.results import RunFolder
+from rvjax.requirements import counted
+from rvjax.results import CAMPAIGN, RunFolder
 from rvjax.results.manifest import NAME as MANIFEST
 from rvjax.samplers import basis_of
 from rvjax.searched import Axis, Cost, Measured, Row, Searched, Sensitivity
@@ -39,6 +45,9 @@ from rvjax.tuning.search import OWN, Search
 from rvjax.tuning.slopes import Slopes
 from rvjax.tuning.space import Space
 from rvjax.tuning.writing import best_campaign, candidates_table
+
+PROPOSING: Mapping[str, tuple[str, ...]] = {"cma-es": ("cmaes",), "tpe": ("optuna",), "nsga": ("optuna",)}
+"""Packages whose version may change what is proposed."""
 
 SEED = 20181
 """Of permutations and bootstraps."""
@@ -72,10 +81,27 @@ def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tun
             findings.append(
                 source.finding(("tune", "objective", index), f"of {measure.objective.metric} neither is better", accepted)
             )
+    findings += _confirmable(path, overrides, space.problem.spec)
     if findings:
         raise CampaignError(dict.fromkeys(findings))
     assert method is not None, "or there are findings"
     return space, tuning, method, parameters
+
+
+def _confirmable(path: str | Path, overrides: Sequence[str], spec: Spec) -> list[Finding]:
+    """What the campaign would say against the samples of the confirmation."""
+    assert spec.tune is not None
+    try:
+        load(path, [*overrides, *_fresh_draws(spec)])
+    except CampaignError as error:
+        where = spec.source.where(("tune", "confirm", "samples"))
+        return [replace(one, where=where, path=f"tune.confirm.samples: {one.path}") for one in error.findings]
+    return []
+
+
+def _fresh_draws(spec: Spec) -> list[str]:
+    """Overrides that make a campaign the one that confirms."""
+    return [f"samples={_samples(spec)}", f"seed={_fresh(spec)}", "baselines=[]", "tune=null"]
 
 
 def plan(spec: Spec) -> str:
@@ -115,10 +141,9 @@ def tune(
     process.configure(first.problem.spec.precision)
     spec = first.problem.spec
     seed = spec.seed + 1 if tuning.seed is None else tuning.seed
-    space, _ = Space.of(path, (*overrides, f"seed={seed}", f"tune.seed={seed}", f"tune.confirm.seed={_fresh(spec)}"))
-    measures = [Measure.of(one, _columns(space)) for one in tuning.objective]
+    measures = [Measure.of(one, _columns(first)) for one in tuning.objective]
     judge = Judge(spec.require, measures, tuning.goal, _samples(spec))
-    mine = _identity(space, tuning)
+    mine = _identity(first, tuning, seed)
     place = Path(out) if out is not None else Path("reports") / spec.name / f"tune-{short(mine)}"
     before = RunFolder.open(place) if (place / MANIFEST).exists() else None
     described = (mine, provenance(command, overrides), spec.source.text)
@@ -133,7 +158,9 @@ def tune(
     except FolderError:  # it is made again
         done = None
     with folder:
-        names = [*_columns(space), *(f"draw.{name}" for name in space.problem.dispersions.columns)]
+        seeds = (f"seed={seed}", f"tune.seed={seed}", f"tune.confirm.seed={_fresh(spec)}")
+        space = first.of_search(place / CAMPAIGN, *seeds)
+        names = [*_columns(space), *(f"draw.{name}" for name in (*space.problem.dispersions.columns, *counted(spec)))]
         most = float("inf") if tuning.budget.flights is None else tuning.budget.flights
         flights = Flights(space, folder, judge.columns(names), most)
         slopes = Slopes(space, tuning, flights) if method.gradient else None
@@ -144,8 +171,10 @@ def tune(
         found = _found(space, spec, tuning, search, seed)
         text = best_campaign(spec, space, flights.candidates[search.best].values if search.best != OWN else {}, overrides)
         folder.write_text(searched.BEST, text)
+        folder.write_bytes(searched.NAME, found.encode())
+        folder.seal()  # from here on the search is over, whatever happens to the confirmation
         told(f"confirming on {_samples(spec)} fresh draws")
-        found = found.model_copy(update={"confirmation": _confirmed(place, path, overrides, spec, search, progress, command)})
+        found = found.model_copy(update={"confirmation": _confirmed(place, overrides, spec, search, progress, command)})
         folder.write_text(searched.TABLE, candidates_table(found))
         folder.write_bytes(searched.NAME, found.encode())
         from rvjax.report import tuning as report  # plotting takes a second to import
@@ -165,22 +194,25 @@ def _samples(spec: Spec) -> int:
     return spec.samples if spec.tune.confirm.samples is None else spec.tune.confirm.samples
 
 
-def _identity(space: Space, tuning: Tuning) -> dict[str, Any]:
+def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
     """Everything that decides what a search does."""
-    said = tuning.model_dump(mode="json", exclude={"confirm", "parameters", "method"})
-    said["parameters"] = {name: str(one) for name, one in tuning.parameters.items()}
-    said["method"] = {"use": tuning.method.use, **tuning.method.parameters}
-    said["overrides"] = list(space.overrides)
     spec = space.problem.spec
+    said = tuning.model_dump(mode="json", exclude={"confirm", "parameters", "method"})
+    said["parameters"] = {name: repr(one) for name, one in tuning.parameters.items()}
+    said["method"] = {"use": tuning.method.use, **tuning.method.parameters}
     said["require"] = [one.model_dump(mode="json") for one in spec.require]
-    text = repr(sorted(said.items())).encode()
-    mine = identity(space.problem)
-    return mine | {SEARCH: hashlib.sha256(text).hexdigest(), "search": source_digest(("tuning", "searches", "stats"))}
+    said["fresh"] = _samples(spec)  # decides which shares are needed
+    said["packages"] = {name: version(name) for name in PROPOSING.get(tuning.method.use, ())}
+    text = json.dumps(said, sort_keys=True, default=repr)
+    mine = identity(space.problem) | {"seed": seed}
+    return mine | {
+        SEARCH: hashlib.sha256(text.encode()).hexdigest(),
+        "search": source_digest(("check", "searches", "stats", "tuning")),
+    }
 
 
 def _confirmed(
     place: Path,
-    path: str | Path,
     overrides: Sequence[str],
     spec: Spec,
     search: Search,
@@ -189,9 +221,8 @@ def _confirmed(
 ) -> Any:
     """Flies the winner and the campaign as it is on fresh draws, and judges them."""
     tuning = search.tuning
-    fresh = [f"samples={_samples(spec)}", f"seed={_fresh(spec)}", "baselines=[]", "tune.seed=null"]
     run.run(place / searched.BEST, place / searched.TUNED, ["baselines=[]"], progress, command)
-    run.run(path, place / searched.OWN, [*overrides, *fresh], progress, command)
+    run.run(place / CAMPAIGN, place / searched.OWN, [*overrides, *_fresh_draws(spec)], progress, command)
     samples = np.arange(search.standings[search.best].samples, dtype=np.int64)
     table = search.flights.table(search.best, samples)
     seen = [*search.judge.values(table), search.judge.score(table).objectives[0]]
@@ -244,10 +275,8 @@ def _found(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int) 
             )
             for name, one in tuning.parameters.items()
         ],
-        objectives=[
-            Measured(text=str(m), unit=m.unit, largest=m.largest, share=m.objective.probability, weight=m.objective.weight)
-            for m in judge.measures
-        ],
+        start=[] if space.start is None else [float(u) for u in space.start],
+        objectives=[_measured(measure) for measure in judge.measures],
         rows=rows,
         best=search.best,
         front=search.front() if tuning.goal == "pareto" else [],
@@ -257,12 +286,18 @@ def _found(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int) 
     )
 
 
+def _measured(measure: Measure) -> Measured:
+    one = measure.objective
+    large = measure.largest or one.probability
+    return Measured(text=str(measure), unit=measure.unit, largest=large, share=one.probability, weight=one.weight)
+
+
 def _sensitivity(space: Space, rows: Sequence[Row]) -> list[Sensitivity]:
     """Of the ranks of the first objective after the first round, which all candidates have flown."""
     known = [row for row in rows if row.u and row.first]
     if len(known) < 8:
         return []
-    y = np.argsort(np.argsort([row.first[0] for row in known], kind="stable"), kind="stable")
+    y = rankdata([row.first[0] for row in known])
     generator = np.random.default_rng(SEED)
     found: list[Sensitivity] = []
     for index, name in enumerate(space.free):

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy import stats as scipy_stats
 
 from rvjax.columns import Column
-from rvjax.searches.interface import Spent
 from rvjax.spec.tuning import Objective
 from rvjax.tuning.objective import Judge, Measure, Score
 from rvjax.tuning.race import Rules, Standing, crowding, front_of, ordered, race, ranks
@@ -35,11 +34,13 @@ class Runners:
         self._known: dict[int, NDArray[np.float64]] = {}
         self.flown: set[tuple[int, int]] = set()
 
+    def affordable(self, candidates: Sequence[int], samples: NDArray[np.int64]) -> list[int]:
+        costs = np.cumsum([len({(one, int(k)) for k in samples} - self.flown) for one in candidates])
+        return [one for one, cost in zip(candidates, costs, strict=True) if len(self.flown) + cost <= self.budget]
+
     def fly(self, candidates: Sequence[int], samples: NDArray[np.int64]) -> None:
-        more = {(one, int(k)) for one in candidates for k in samples} - self.flown
-        if len(self.flown) + len(more) > self.budget:
-            raise Spent
-        self.flown |= more
+        self.flown |= {(one, int(k)) for one in candidates for k in samples}
+        assert len(self.flown) <= self.budget
 
     def table(self, candidate: int, samples: NDArray[np.int64]) -> pd.DataFrame:
         assert all((candidate, int(k)) in self.flown for k in samples)
@@ -131,14 +132,19 @@ def test_hard_samples_throw_out_who_fails_them_and_enter_no_score() -> None:
 
 
 def test_a_budget_ends_a_race_with_what_is_known() -> None:
-    """Kills: flights beyond the budget; candidates that are lost with it."""
-    runners = field(6, 16, 1.0)
-    runners.budget = 16 * SIZES[0] + 10
-    came, over = race(range(16), runners, judge(), Rules(SIZES, 0.5, 0.05))
+    """Kills: flights beyond the budget; a field that does not fly at all since it does not fit as a whole; a candidate that
+    counts as one that flew everything."""
+    for rounds, budget in ((1, 16 * SIZES[0] + 10), (1, 5 * SIZES[0]), (0, SIZES[0] - 1), (2, 16 * SIZES[0] + 4 * SIZES[0])):
+        runners = field(6, 16, 0.02)
+        runners.budget = budget
+        came, over = race(range(16), runners, judge(), Rules(SIZES, 0.5, 0.05))
+        assert over
+        assert budget - SIZES[rounds] < len(runners.flown) <= budget
+        assert {one.left for one in came} <= {"test", "halving", "budget"}
+        assert max(one.samples for one in came) == ((0, *SIZES)[rounds] if rounds < 2 else SIZES[1])
+    came, over = race(range(1, 16), field(6, 16, 1.0), judge(), Rules(SIZES, 0.5, 0.05), 0, late=lambda: True)
     assert over
-    assert len(runners.flown) == 16 * SIZES[0]
-    assert {one.left for one in came} <= {"test", "halving", "budget"}
-    assert any(one.left == "budget" and one.samples == SIZES[0] for one in came)
+    assert {one.left for one in came} == {"budget"}
 
 
 def test_fronts_and_room_on_them() -> None:

@@ -55,7 +55,7 @@ def test_slopes_are_the_differences_of_flights(tmp_path: Path, metric: str) -> N
     number = flights.number(space.values(point), point)
     (found,) = made.of([number], point[None])
     count = spec.rounds[0]
-    assert made.flown == 3 * count
+    assert flights.flights == 3 * count
     expected, flyers = np.empty(3), list[Flyer]()
     for axis in range(3):
         ends = [point + sign * STEP * np.eye(3)[axis] for sign in (1.0, -1.0)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from rvjax.basis import Observed
@@ -150,4 +149,4 @@ def _observed(name: str, value: float, one: Confirmed, n: int) -> Number:
 def _estimate(one: Confirmed, n: int, confidence: float) -> Estimate:
     low, high = sorted((one.difference.low, one.difference.high))
     value = one.difference.value
-    return Estimate(value if not math.isnan(value) else 0.0, low, high, n, confidence, one.method)
+    return Estimate(value, low, high, n, confidence, one.method)

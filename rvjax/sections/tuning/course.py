@@ -37,7 +37,7 @@ def section(found: Searched) -> Section:
         if points:
             axis.scatter(*zip(*points, strict=True), s=size, color=colour, alpha=alpha, lw=0, label=name)
     line = best_so_far(found)
-    if line:
+    if line and found.goal != "pareto":
         x, y = zip(*[(number, shown(found, 0, value)) for number, value in line], strict=True)
         axis.step([*x, max(len(rows), x[-1])], [*y, y[-1]], where="post", color=plot.INK, lw=1.2, label="best so far")
     values = [shown(found, 0, row.objectives[0]) for row in rows if math.isfinite(row.objectives[0])]

@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from rvjax.searched import Axis, Row, Searched
 from rvjax.sections import plot
 from rvjax.sections.page import Drawing, Section
-from rvjax.sections.tuning.course import OWN, label, shown
+from rvjax.sections.tuning.course import label, shown
 from rvjax.sections.wording import count
 
 Free = list[tuple[int, Axis]]
@@ -39,7 +39,9 @@ def _slices(found: Searched, rows: list[Row], free: Free) -> Drawing:
     lines = math.ceil(len(free) / COLUMNS)
     figure, panels = plot.axes(lines, min(COLUMNS, len(free)), 2.3 * lines + 0.3, sharey=True)
     y = np.array([shown(found, 0, row.objectives[0]) for row in rows])
-    ends = np.quantile(y, [0.0, 0.9])
+    best_low = not found.objectives[0].largest
+    ends = np.quantile(y, [0.0, 0.9] if best_low else [0.1, 1.0])
+    room = ends[1] - ends[0] or 1.0
     for axis, (_, one) in zip(panels, free, strict=False):
         whole = np.array([not row.left for row in rows])
         x = _positions(one.name, one.scale, rows, found)
@@ -60,14 +62,15 @@ def _slices(found: Searched, rows: list[Row], free: Free) -> Drawing:
         if one.scale == "log":
             plot.logarithmic(axis.xaxis, float(np.max(x) / np.min(x)) if np.min(x) > 0 else 10.0)
         if one.scale == "levels":
-            _level_ticks(axis, one.name, rows)
+            _level_ticks(axis, _levels(one.name, found))
         axis.set_xlabel(one.name)
-        axis.set_ylim(ends[0] - 0.08 * (ends[1] - ends[0] or 1.0), ends[1] + 0.05 * (ends[1] - ends[0] or 1.0))
+        axis.set_ylim(ends[0] - 0.08 * room, ends[1] + 0.08 * room)
     for axis in panels[len(free) :]:
         axis.set_axis_off()
     panels[0].set_ylabel(label(found, 0))
     panels[0].legend(loc="best", fontsize=7)
-    caption = "The first objective over each value; the worst tenth of the candidates lies above the panels."
+    where = "above" if best_low else "below"
+    caption = f"The first objective over each value; the worst tenth of the candidates lies {where} the panels."
     return Drawing("tuning-slices", caption, figure)
 
 
@@ -81,7 +84,7 @@ def _parallel(found: Searched, rows: list[Row], free: Free) -> Drawing:
     axis.add_collection(LineCollection([np.column_stack([places, line]) for line in u], colors=colours, linewidths=0.9))
     if found.best:
         axis.plot(places, [found.row[found.best].u[index] for index, _ in free], color=plot.GREEN, lw=2.4, label="winner")
-    own = found.row[OWN].u
+    own = found.start
     if own:
         axis.plot(places, [own[index] for index, _ in free], color=plot.RED, lw=1.4, ls=(0, (4, 3)), label="campaign as it is")
     axis.set_xticks(places, [one.name.rpartition(".")[2] for _, one in free], rotation=20, ha="right")
@@ -98,18 +101,18 @@ def _rgb(colour: str) -> tuple[float, ...]:
     return tuple(int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
 
 
-def _levels(name: str, rows: list[Row]) -> list[str]:
-    return sorted({str(row.values[name]) for row in rows}, key=lambda text: (len(text), text))
+def _levels(name: str, found: Searched) -> list[str]:
+    """The values that any candidate has had, in their order."""
+    return sorted({str(row.values[name]) for row in found.rows if name in row.values}, key=lambda text: (len(text), text))
 
 
 def _positions(name: str, scale: str, rows: list[Row], found: Searched) -> np.ndarray:
     if scale != "levels":
         return np.array([float(row.values[name]) for row in rows])
-    known = _levels(name, [row for row in found.rows if name in row.values])
+    known = _levels(name, found)
     return np.array([float(known.index(str(row.values[name]))) for row in rows])
 
 
-def _level_ticks(axis: Axes, name: str, rows: list[Row]) -> None:
-    known = _levels(name, rows)
+def _level_ticks(axis: Axes, known: list[str]) -> None:
     step = max(1, len(known) // 8)
     axis.set_xticks(range(0, len(known), step), known[::step])

@@ -14,6 +14,8 @@ from rvjax.sections.tuning.values import said
 
 MOST_PAIRS = 3
 
+FIGURE = "Candidates that flew all samples and miss the requirements the least, on the draws of the search."
+
 
 def section(found: Searched) -> Section | None:
     """Candidates that flew all samples in the plane of two objectives; None where there is one objective."""
@@ -23,6 +25,8 @@ def section(found: Searched) -> Section | None:
     pairs = list(combinations(range(count), 2))[:MOST_PAIRS]
     figure, panels = plot.axes(1, len(pairs), 3.2)
     whole = [row for row in found.rows if not row.left and row.objectives]
+    least = min(row.violation for row in whole)
+    whole = [row for row in whole if row.violation == least]
     front = set(found.front) or {row.candidate for row in _undominated(found, whole)}
     for axis, (i, j) in zip(panels, pairs, strict=True):
         for rows, colour, size, name in (
@@ -39,16 +43,22 @@ def section(found: Searched) -> Section | None:
         axis.set_ylabel(label(found, j))
     panels[0].legend(loc="best")
     names = [one.name for one in found.parameters]
-    listed = sorted((found.row[one] for one in front), key=lambda row: row.objectives[0])[:20]
+    sign = -1.0 if found.objectives[0].largest else 1.0
+    listed = sorted((found.row[one] for one in front), key=lambda row: sign * row.objectives[0])[:20]
     rows = tuple(_row(found, row, names) for row in listed)
     head = ("candidate", *(one.text for one in found.objectives), *names)
     some = ", the first 20" if len(front) > 20 else ""
     caption = f"Best trade-offs among candidates that flew all samples{some}; on the draws of the search."
     body = (
-        Drawing("tuning-trade-offs", "Candidates that flew all samples, on the draws of the search.", figure),
+        Drawing(
+            "tuning-trade-offs",
+            FIGURE,
+            figure,
+        ),
         Table(caption, head, rows),
     )
-    lead = f"{len(front)} of {len(whole)} candidates that flew all samples are better than any other in something."
+    missed = "" if not least else f"; all of them miss the requirements by {least:.3g} or more"
+    lead = f"{len(front)} of {len(whole)} candidates that flew all samples are beaten by no other in everything{missed}."
     return Section("trade-offs", "Objectives against each other", lead, body)
 
 
@@ -62,10 +72,10 @@ def _row(found: Searched, row: Row, names: list[str]) -> tuple[Cell, ...]:
 
 
 def _undominated(found: Searched, rows: list[Row]) -> list[Row]:
-    signs = [-1.0 if one.largest or one.share else 1.0 for one in found.objectives]
+    signs = [-1.0 if one.largest else 1.0 for one in found.objectives]
 
     def losses(row: Row) -> list[float]:
-        return [row.violation, *(sign * value for sign, value in zip(signs, row.objectives, strict=True))]
+        return [sign * value for sign, value in zip(signs, row.objectives, strict=True)]
 
     known = [(row, losses(row)) for row in rows]
     return [
