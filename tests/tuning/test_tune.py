@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from rvjax.draw import Draws
 from rvjax.errors import FolderError
 from rvjax.results import RunFolder
 from rvjax.searched import Searched
+from rvjax.searches import sobol
 from rvjax.spec.overrides import value_at
 from rvjax.spec.source import read
 from rvjax.tuning import tune as tuning
@@ -311,3 +313,33 @@ def test_one_that_is_killed_ends_alike(tuned: tuple[Path, Searched], campaign: P
     subprocess.run(command, check=True)
     for name in KEPT:
         assert (tmp_path / "out" / name).read_bytes() == (place / name).read_bytes(), name
+
+
+def test_a_search_of_few_values_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four combinations for a method that never ends by itself. Kills: a search that proposes what is known for ever."""
+    monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
+    monkeypatch.setattr("rvjax.report.tuning.write", lambda *given: None)
+    text = "    controller.gains.k_rho: {choice: [0.05, 0.2]}\n    controller.gains.k_nu: {choice: [0.5, 1]}\n"
+    begin, _, rest = write(tmp_path).read_text().partition("  parameters:\n")
+    path = tmp_path / "few.yaml"
+    path.write_text(f"{begin}  parameters:\n{text}{rest[rest.index('  objective') :]}")
+    _, found = tuning.tune(path, tmp_path / "out")
+    assert {tuple(row.values.values()) for row in found.rows[1:]} == {(a, b) for a in (0.05, 0.2) for b in (0.5, 1)}
+
+
+def test_flights_of_other_values_are_never_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder whose search would now propose something else, as after another version of a package. Kills: flights that count
+    for a candidate with other gains."""
+    monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
+    monkeypatch.setattr("rvjax.report.tuning.write", lambda *given: None)
+    path = write(tmp_path, METHODS["sobol"])
+    tuning.tune(path, tmp_path / "out")
+    made = sobol.COMPONENT.build
+
+    def shifted(parameters: Any) -> Any:
+        search = made(parameters)
+        return lambda task, evaluate: search(task, lambda points: evaluate(np.clip(points + 0.01, 0.0, 1.0)))
+
+    monkeypatch.setattr(sobol, "COMPONENT", replace(sobol.COMPONENT, build=shifted))
+    with pytest.raises(FolderError, match="chunk 1 is of other candidates than this search asks for"):
+        tuning.tune(path, tmp_path / "out")
