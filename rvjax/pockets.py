@@ -29,7 +29,7 @@ failed the same searches go on for the most probable failure. No failure found i
 
 Sources: N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772 (2016); A. Auger & N. Hansen, CEC (2005) (growing
 restarts); N. Hansen, GECCO (2009) (BIPOP); M. Preuss, GECCO (2010) (nearest-better clustering); A. M. Hasofer & N. C. Lind,
-J. Eng. Mech. Div. ASCE 100 (1974) 111 (most probable point); R. Rackwitz & B. Fiessler, Comput. Struct. 9 (1978) 489 (descent).
+J. Eng. Mech. Div. ASCE 100 (1974) 111 (most probable point).
 """
 
 from __future__ import annotations
@@ -46,7 +46,6 @@ from scipy import spatial, special, stats  # pyright: ignore[reportMissingTypeSt
 
 Values = NDArray[np.float64]
 Margin = Callable[[Values], Values]
-Gradient = Callable[[Values], tuple[Values, Values]]
 
 FARTHEST = 8.0
 """Largest most_sigma: beyond it Φ(z) is 1 in double precision, and no uniform number of a law."""
@@ -57,8 +56,6 @@ NEIGHBOURS, ANYWHERE = 16, 6
 SEARCHES = 16  # populations are so large that about so many fill a batch
 STEP, SAME, FINE = 0.5, 1.0, 0.03
 """In σ: first step from a screened point; means nearer than this are one basin; a search that scatters less is over."""
-DESCENTS, LONGEST = 8, 1.5
-"""Batches of descent where there are gradients; the longest step of a descent, in standard deviations."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +72,6 @@ class Found:
     failures: Values
     history: Values
 
-    @property
-    def most_probable(self) -> Values | None:
-        """(d,) the failure nearest to the origin; None where nothing failed."""
-        return self.failures[np.argmin(_length(self.failures))] if len(self.failures) else None
-
 
 def search(
     margin: Margin,
@@ -89,16 +81,15 @@ def search(
     batch: int,
     radius: float | None = None,
     most_sigma: float = 6.0,
-    gradient: Gradient | None = None,
     *,
     until_failure: bool = True,
     refine: bool = True,
 ) -> Found:
     """min g(z) over the box |z_i| <= most_sigma, and the ball |z| <= radius if there is one, within so many flights.
 
-    margin: (n, d) points to (n,) margins, called with `batch` rows, and fewer only in the last call. gradient: the same points
-    to margins and (n, d) gradients of them, flown too. until_failure: end with the first batch that has a failure; else use all
-    flights, after a failure for the most probable one (refine) or still for the smallest margin. A function of the seed.
+    margin: (n, d) points to (n,) margins, called with `batch` rows, and fewer only in the last call. until_failure: end with
+    the first batch that has a failure; else use all flights, after a failure for the most probable one (refine) or still for the
+    smallest margin. A function of the seed.
     ValueError unless dimension, flights and batch are >= 1, 0 < most_sigma <= 8 and radius > 0.
     """
     if min(dimension, flights, batch) < 1:
@@ -109,8 +100,6 @@ def search(
     domain = Domain(most_sigma, radius)
     log = _Log(margin, flights, batch, until_failure, refine)
     _screen(log, domain, dimension, rng)
-    if gradient is not None:
-        _descend(log, domain, gradient)
     _evolve(log, _starts(log, domain, dimension, rng))
     return log.found()
 
@@ -189,22 +178,6 @@ def _screen(log: _Log, domain: Domain, dimension: int, rng: np.random.Generator)
     for first in range(0, count, log.batch):
         if log.rows:
             log.note(part := z[first : first + log.batch], log.margin(part))
-
-
-def _descend(log: _Log, domain: Domain, gradient: Gradient) -> None:
-    """z ← (∇g·z - g) ∇g / |∇g|², by steps of limited length, from a batch of the best points (Rackwitz & Fiessler)."""
-    z, margins = log.flown()
-    z = np.resize(z[log.order(z, margins)], (log.batch, z.shape[1]))
-    for _ in range(DESCENTS):
-        if not log.rows:
-            return
-        z = z[: log.rows]
-        values, slope = gradient(z)
-        values = log.note(z, values)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            step = ((np.sum(slope * z, axis=1) - values) / np.sum(slope**2, axis=1))[:, None] * slope - z
-            step *= np.minimum(1.0, LONGEST / _length(step))[:, None]
-        z = domain.inside(z + np.where(np.isfinite(step), step, 0.0))
 
 
 class _Evolution:

@@ -271,11 +271,13 @@ def worst(
     radius: float | None = None,
     box: float | None = None,
     first_only: bool = False,
+    likeliest_too: bool = False,
     told: Callable[[int, float], None] = lambda flights, margin: None,
 ) -> Worst:
     """Flies at most so many flights. radius: |z| is at most that; by default what one sample in a million is beyond. box: each
-    coordinate is at most that, in the place of a ball. first_only: ends with the first flight that does not comply. told: called
-    with the flights so far and the smallest margin. UsageError for both a radius and a box."""
+    coordinate is at most that, in the place of a ball. first_only: ends with the first flight that does not comply. likeliest_too:
+    after one, the searches go on for the nearest one, not for the smallest margin. told: called with the flights so far and the
+    smallest margin. UsageError for both a radius and a box."""
     if radius is not None and box is not None:
         raise UsageError("both a radius and a box; accepted: one of them")
     if radius is None and box is None:
@@ -300,7 +302,8 @@ def worst(
     descent = dimension + LANES
     spared = 0 if first_only else min(flights // 4 // descent, DESCENTS) * descent
     batch = min(BATCH, flights - spared)
-    found = pockets.search(margin, dimension, seed, flights - spared, batch, radius, side, until_failure=first_only, refine=False)
+    spent, how = flights - spared, {"until_failure": first_only, "refine": likeliest_too}
+    found = pockets.search(margin, dimension, seed, spent, batch, radius, side, **how)
     history = [float(x) for x in found.history]
     while done + descent <= flights and not first_only:
         slope = hunt.slope(best[0])

@@ -97,6 +97,9 @@ def worst(
         list[str] | None, typer.Option("--vary", metavar="NAME", help="Only draws with this name or beginning; repeatable.")
     ] = None,
     first: Annotated[bool, typer.Option("--first", help="End with the first flight that does not comply.")] = False,
+    likeliest: Annotated[
+        bool, typer.Option("--likeliest", help="After a failure, look for the most probable one, not for the worst.")
+    ] = False,
     search_seed: Annotated[int, typer.Option("--search-seed", min=0, help="Seed of the search.")] = 0,
     seed: Seed = None,
     sets: Sets = None,
@@ -113,7 +116,7 @@ def worst(
     def told(done: int, margin: float) -> None:
         output.note(f"{done} of {flights} flights, smallest margin {margin:.4g}")
 
-    found = search.worst(hunt, flights, search_seed, radius, box, first, told)
+    found = search.worst(hunt, flights, search_seed, radius, box, first, likeliest, told)
     place = out or Path("reports") / hunt.problem.spec.name / f"worst-{requirement}"
     campaign = search.export(hunt, found, place, given)
     _show_worst(found, campaign, output)
