@@ -275,9 +275,9 @@ def worst(
     told: Callable[[int, float], None] = lambda flights, margin: None,
 ) -> Worst:
     """Flies at most so many flights. radius: |z| is at most that; by default what one sample in a million is beyond. box: each
-    coordinate is at most that, in the place of a ball. first_only: ends with the first flight that does not comply. likeliest_too:
-    after one, the searches go on for the nearest one, not for the smallest margin. told: called with the flights so far and the
-    smallest margin. UsageError for both a radius and a box."""
+    coordinate is at most that, in the place of a ball. first_only: ends with the first flight that does not comply.
+    likeliest_too: after one, the searches go on for the nearest one, not for the worst. told: called with the flights so far and
+    the smallest margin. UsageError for both a radius and a box."""
     if radius is not None and box is not None:
         raise UsageError("both a radius and a box; accepted: one of them")
     if radius is None and box is None:
