@@ -15,7 +15,7 @@ Symbols
     d      dimension, the number of draws of a sample                s    most_sigma, half of the side of the box
     k      radius of the ball, in standard deviations                λ    population: points in a generation of one search
 
-Steps: (1) Screening. A fifth of the flights goes to scrambled Sobol points made normal and stretched by 1 ... 2.5, as pockets lie
+Steps: (1) Screening. Three tenths of the flights go to scrambled Sobol points made normal and stretched by 1 ... 2.5: pockets lie
 farther out than most draws. (2) Starts. A screened point is the better a start, the more of its nearest neighbours are no worse
 than itself before the first that is (the nearest-better idea): a basin is started from early even where another one has
 smaller margins everywhere. (3) Searches. CMA-ES runs from several starts at once; a batch takes its flights from as many
@@ -49,7 +49,7 @@ Margin = Callable[[Values], Values]
 
 FARTHEST = 8.0
 """Largest most_sigma: beyond it Φ(z) is 1 in double precision, and no uniform number of a law."""
-SCREENED, MOST_SCREENED, WIDEST = 0.2, 8192, 2.5
+SCREENED, MOST_SCREENED, WIDEST = 0.3, 8192, 2.5
 """Share of the flights that screen; at most so many, but one batch; largest stretch of a screened point."""
 NEIGHBOURS, ANYWHERE = 16, 6
 """Nearest neighbours that a start is compared with; every so many starts, one is from anywhere."""
