@@ -175,12 +175,15 @@ class Tangents:
 
         self._along = compiled(along, 0, 0, None)
 
-    def fly(self, drawn: Drawn, tangent: Drawn, steps: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(lanes,) values and their derivatives; host numbers, each of shape (lanes,)."""
-        precision = process.precision()
-        rows = [jax.tree.map(lambda x: np.asarray(x, dtype=precision), side) for side in (drawn, tangent)]
-        values, slopes = self._along(*rows, steps)
-        return np.asarray(values, dtype=np.float64), np.asarray(slopes, dtype=np.float64)
+    def fly(self, drawn: Drawn, tangent: Drawn, steps: int) -> NDArray[np.float64]:
+        """(n,) derivatives; host numbers, each of shape (n,), flown in chunks of LANES, the last one filled up."""
+        precision, count = process.precision(), len(jax.tree.leaves(drawn)[0])
+        found: list[NDArray[np.float64]] = []
+        for first in range(0, count, LANES):
+            lanes = np.arange(first, first + LANES) % count
+            rows = [jax.tree.map(lambda x, lanes=lanes: np.asarray(x, dtype=precision)[lanes], side) for side in (drawn, tangent)]
+            found.append(np.asarray(self._along(*rows, steps)[1], dtype=np.float64)[: count - first])
+        return np.concatenate(found)
 
 
 def compiled(function: Callable[..., Any], *axes: int | None, donate: tuple[int, ...] = ()) -> Any:

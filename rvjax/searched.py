@@ -5,15 +5,14 @@ The report of a tuning is drawn from this alone.
 
 from __future__ import annotations
 
-import json
-import math
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rvjax.errors import FolderError
 from rvjax.results import derived
+from rvjax.spec.parameters import Value
 
 NAME = "search.json"
 TABLE = "candidates.csv"
@@ -22,7 +21,6 @@ TUNED, OWN = "tuned", "own"
 """Folders of the two confirming runs."""
 FORMAT = 1
 
-Value = float | int | str | bool
 Left = Literal["", "refused", "test", "halving", "budget"]
 
 
@@ -135,7 +133,6 @@ class Cost(_Part):
     begun: list[int]
     by_test: list[int]
     by_halving: list[int]
-    chunks: int
 
 
 class Searched(_Part):
@@ -161,22 +158,12 @@ class Searched(_Part):
 
     def encode(self) -> bytes:
         """Strict JSON; numbers that are not finite as text."""
-        return (json.dumps(_plain(self.model_dump()), indent=1, allow_nan=False) + "\n").encode()
+        return f"{self.model_dump_json(indent=1)}\n".encode()
 
     @property
     def row(self) -> dict[int, Row]:
         """The candidates by their numbers."""
         return {row.candidate: row for row in self.rows}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return "nan" if math.isnan(value) else "inf" if value > 0 else "-inf"
-    return value
 
 
 def read(folder: Path) -> Searched | None:

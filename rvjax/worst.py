@@ -184,12 +184,7 @@ class Hunt:
         (_, high), (_, low) = (self._draws(case.z + sign * REACH * np.eye(count)) for sign in (1.0, -1.0))
         own = self._draws(np.repeat(case.z[None], count, axis=0))[1]
         tangent = jax.tree.map(lambda a, b: (a - b) / (2.0 * REACH), high, low)
-        found: list[Values] = []
-        for first in range(0, count, LANES):
-            lanes = np.arange(first, first + LANES) % count
-            at, along = (jax.tree.map(lambda x, lanes=lanes: np.asarray(x)[lanes], side) for side in (own, tangent))
-            found.append(program.fly(at, along, steps)[1][: count - first])
-        slopes = np.concatenate(found) * self._rise(case, name)
+        slopes = program.fly(own, tangent, steps) * self._rise(case, name)
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
     def _slope_of(self, case: Case) -> str | None:

@@ -15,7 +15,7 @@ from rvjax.cli.output import Output, say
 from rvjax.errors import IncompleteError
 
 if TYPE_CHECKING:
-    from rvjax.searched import Searched
+    from rvjax.searched import Confirmed, Searched
     from rvjax.worst import Worst
 
 
@@ -73,10 +73,7 @@ def _show(place: Path, found: Searched, output: Output) -> None:
     output.document({"folder": str(place), **found.model_dump()})
 
 
-def _interval(one: object) -> str:
-    from rvjax.searched import Confirmed
-
-    assert isinstance(one, Confirmed)
+def _interval(one: Confirmed) -> str:
     scale, unit = (100.0, " %") if one.share else (1.0, f" {one.unit}".rstrip(" 1"))
     return f"{scale * one.difference.value:+.4g} ({scale * one.difference.low:+.4g} … {scale * one.difference.high:+.4g}){unit}"
 
@@ -126,6 +123,8 @@ def worst(
 def _show_worst(found: Worst, campaign: Path, output: Output) -> None:
     from scipy.special import ndtr
 
+    from rvjax.spec.names import covers
+
     one = found.worst
     fails = f"{found.failing} of them do not comply" if found.failing else "all of them comply"
     how = f"{one.outcome.replace('_', ' ')}, |z| = {one.distance:.3g}"
@@ -138,7 +137,7 @@ def _show_worst(found: Worst, campaign: Path, output: Output) -> None:
     rows = []
     for k in order:
         name, variable = found.coordinates[k].name, found.coordinates[k].variable
-        values = [f"{value:.6g}" for draw, value in one.draws.items() if draw == variable or draw.startswith(f"{variable}.")]
+        values = [f"{value:.6g}" for draw, value in one.draws.items() if covers(variable, draw)]
         rows.append((name, ", ".join(values), f"{one.z[k]:+.2f}", f"{100 * ndtr(-abs(one.z[k])):.2g} %"))
     output.table(("draw that is farthest out", "value, SI", "sigma", "farther out"), rows)
     output.text(f"replay: rvjax run {campaign}")

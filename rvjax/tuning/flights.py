@@ -56,7 +56,7 @@ class Candidate:
     @cached_property
     def mark(self) -> int:
         """Of the values."""
-        return int(hashlib.sha256(json.dumps(self.values, sort_keys=True).encode()).hexdigest()[:12], 16)
+        return int(hashlib.sha256(_key(self.values).encode()).hexdigest()[:12], 16)
 
 
 class Flights:
@@ -86,7 +86,7 @@ class Flights:
 
     def number(self, values: dict[str, Value], point: NDArray[np.float64]) -> int:
         """The candidate with these values, a new one where nobody has them."""
-        key = json.dumps(values, sort_keys=True)
+        key = _key(values)
         if key not in self._numbers:
             self._numbers[key] = len(self.candidates)
             self.candidates.append(Candidate(len(self.candidates), values, point, self.problem_at(values)))
@@ -101,7 +101,7 @@ class Flights:
 
     def knows(self, point: NDArray[np.float64]) -> bool:
         """Whether a candidate has the values of this point."""
-        return json.dumps(self.space.values(point), sort_keys=True) in self._numbers
+        return _key(self.space.values(point)) in self._numbers
 
     def refused(self, candidate: int) -> bool:
         """Whether the campaign does not accept its values."""
@@ -216,7 +216,15 @@ class Flights:
         return DataFile.of(Key("samples", number), frame, columns, self._folder.digest)
 
     def _flyer(self, problem: Problem, structure: Any) -> Flyer:
-        return self._programs.setdefault((problem.structure, structure), Flyer(problem.loop, problem.metrics))
+        key = problem.structure, structure
+        if key not in self._programs:
+            self._programs.setdefault(key, Flyer(problem.loop, problem.metrics))  # the first of two threads wins
+        return self._programs[key]
+
+
+def _key(values: dict[str, Value]) -> str:
+    """Equal for equal values."""
+    return json.dumps(values, sort_keys=True)
 
 
 def _chunks(rows: Sequence[Row]) -> Iterator[list[Row]]:

@@ -21,17 +21,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from rvjax.searched import Left
 from rvjax.spec.tuning import Goal
 from rvjax.stats import holm
 from rvjax.tuning.objective import REFUSED, Judge, Score
-
-Left = Literal["", "refused", "test", "halving", "budget"]
 
 
 class Field(Protocol):
@@ -196,8 +195,10 @@ def ranks(standings: Sequence[Standing], goal: Goal) -> NDArray[np.float64]:
 
 def _worse(order: Sequence[int], tables: dict[int, pd.DataFrame], judge: Judge, risk: float, goal: Goal) -> set[int]:
     """Those that are worse than the best one by Holm's test; several objectives: than any of the best front."""
-    scores = [judge.score(tables[one]) for one in order]
-    leaders = [one for one, front in zip(order, front_of(scores), strict=True) if front == 0] if goal == "pareto" else [order[0]]
+    leaders = [order[0]]
+    if goal == "pareto":
+        fronts = front_of([judge.score(tables[one]) for one in order])
+        leaders = [one for one, front in zip(order, fronts, strict=True) if front == 0]
     others = [one for one in order if one not in leaders]
     if not others:
         return set()

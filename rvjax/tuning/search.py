@@ -37,7 +37,7 @@ class Round:
 
 @dataclass
 class Search:
-    """Evaluates what a method proposes. stop_at: chunks after which it is over, of a search that was over by time before."""
+    """Evaluates what a method proposes. stop_at: lanes after which it is over, of a search that was over by time before."""
 
     tuning: Tuning
     flights: Flights
@@ -146,14 +146,13 @@ class Search:
     def _remember_hard(self) -> None:
         """The samples that the best candidate does worst, of those that the first round does not fly anyway."""
         count = self.tuning.race.hard
-        if not count or not self.judge.measures:
+        if not count:
             return
         samples = self.flights.samples(self.best)
         losses = self.judge.measures[0].losses(self.flights.table(self.best, samples))
         later = samples >= self.tuning.rounds[0]
         order = np.argsort(-losses[later], kind="stable")
-        found = samples[later][order[:count]].tolist()
-        self.hard = tuple(sorted(dict.fromkeys((*found, *self.hard)), key=(*found, *self.hard).index)[:count])
+        self.hard = tuple(samples[later][order[:count]].tolist())
 
     def _tell(self, numbers: list[int], points: NDArray[np.float64]) -> Told:
         standings = [self.standings[one] for one in numbers]

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.algebra import Scalar, Vector
-from rvjax.batch import LANES, Tangents
+from rvjax.batch import Tangents
 from rvjax.campaign import Problem
 from rvjax.columns import Column
 from rvjax.draw import Draws
@@ -154,11 +154,7 @@ class Slopes:
         count = len(self._samples)
         drawn = jax.tree.map(lambda x: np.tile(x, len(tangents)), numbers)
         tangent = jax.tree.map(lambda *parts: np.concatenate(parts), *tangents.values())
-        rows, slopes = len(tangents) * count, list[Values]()
-        self._flights.spend(rows)
-        for first in range(0, rows, LANES):
-            lanes = np.arange(first, first + LANES) % rows
-            own, along = (jax.tree.map(lambda x, lanes=lanes: np.asarray(x)[lanes], side) for side in (drawn, tangent))
-            slopes.append(program.fly(own, along, problem.spec.horizon.steps)[1][: rows - first])
-        each = np.concatenate(slopes).reshape(len(tangents), count)
+        self._flights.spend(len(tangents) * count)
+        slopes = program.fly(drawn, tangent, problem.spec.horizon.steps)
+        each = slopes.reshape(len(tangents), count)
         return np.array([float(np.mean(x[np.isfinite(x)])) if np.isfinite(x).any() else 0.0 for x in each])

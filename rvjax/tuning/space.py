@@ -202,16 +202,13 @@ def value_of(problem: Problem, place: str) -> Value | None:
     known, value = value_at(source, place)
     if known:
         return value if isinstance(value, int | float | str) else None
-    first, *_ = place.split(".")
-    steps = place.split(".")[1:]
-    model: Any = problem.spec
-    if first in FAMILY_OF:
-        part = problem.spec.controller if first == "controller" else None
-        if part is None:
-            return None
-        model = component(FAMILY_OF[first], part.use).parameters.model_validate(dict(part.parameters))
-        return _default(model, steps)
-    return _default(model, [first, *steps])
+    first, *steps = place.split(".")
+    if first not in FAMILY_OF:
+        return _default(problem.spec, [first, *steps])
+    if first != "controller":
+        return None
+    own = problem.spec.controller
+    return _default(component(FAMILY_OF[first], own.use).parameters.model_validate(dict(own.parameters)), steps)
 
 
 def _default(model: Any, steps: Sequence[str]) -> Value | None:

@@ -321,5 +321,4 @@ def _cost(search: Search) -> Cost:
         begun=[one.begun for one in search.rounds],
         by_test=[one.by_test for one in search.rounds],
         by_halving=[one.by_halving for one in search.rounds],
-        chunks=flights.lanes // LANES,
     )

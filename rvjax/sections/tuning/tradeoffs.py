@@ -49,14 +49,7 @@ def section(found: Searched) -> Section | None:
     head = ("candidate", *(one.text for one in found.objectives), *names)
     some = ", the first 20" if len(front) > 20 else ""
     caption = f"Best trade-offs among candidates that flew all samples{some}; on the draws of the search."
-    body = (
-        Drawing(
-            "tuning-trade-offs",
-            FIGURE,
-            figure,
-        ),
-        Table(caption, head, rows),
-    )
+    body = (Drawing("tuning-trade-offs", FIGURE, figure), Table(caption, head, rows))
     missed = "" if not least else f"; all of them miss the requirements by {least:.3g} or more"
     lead = f"{len(front)} of {len(whole)} candidates that flew all samples are beaten by no other in everything{missed}."
     return Section("trade-offs", "Objectives against each other", lead, body)
