@@ -1,7 +1,7 @@
 """Yardsticks: other ways to fly the same samples through the same closed loop, for `rvjax bench`.
 
-Each module has `prepare(case)`, which gives a function that flies `rvjax.bench.case.Case` and returns the carry at its end, or
-raises `UnavailableError` with what is lacking.
+Each module has `prepare(case)`: a function that flies `rvjax.execution.bench.workload.Case` and returns the carry at its
+end, or raises `UnavailableError` with what is lacking.
 """
 
 YARDSTICKS = {

@@ -60,12 +60,12 @@ WATCHED = {"docking": WEAKENED, "measured": OBSERVER, "rare": RARE}
 
 def flown(path: Path, samples: int, overrides: Sequence[str] = (), flipped: str = "") -> tuple[Any, pd.DataFrame]:
     """The campaign, and a table of its samples under another seed."""
-    from rvjax.batch import LANES, Flyer
-    from rvjax.campaign import load
-    from rvjax.draw import Draws
+    from rvjax.simulation.batch import LANES, Flyer
+    from rvjax.simulation.draws import Draws
+    from rvjax.simulation.problem import load
 
     module, _, function = flipped.partition(".")
-    law = import_module(f"rvjax.controllers.{module}") if flipped else None
+    law = import_module(f"rvjax.components.controllers.{module}") if flipped else None
     right: Callable[..., Any] | None = getattr(law, function) if flipped else None
     if right is not None:
         setattr(law, function, lambda *given: -right(*given))
@@ -89,7 +89,7 @@ def flown(path: Path, samples: int, overrides: Sequence[str] = (), flipped: str 
 
 def complying(requirement: Any, table: pd.DataFrame) -> tuple[int, int]:
     """How many samples comply, of how many."""
-    from rvjax.check.complying import Reading
+    from rvjax.analysis.verdicts.compliance import Reading
 
     reading = Reading(requirement)
     return int(reading.comply(reading.values(table, {})).sum()), len(table)
@@ -97,7 +97,7 @@ def complying(requirement: Any, table: pd.DataFrame) -> tuple[int, int]:
 
 def misses(requirement: Any, samples: int, share: float) -> float:
     """The chance not to end in PASS where a sample complies with this probability."""
-    from rvjax.batch import LANES
+    from rvjax.simulation.batch import LANES
     from rvjax.stats import e_boundary, schedule, verdict_chances, walk
 
     if requirement.method == "fixed":
@@ -114,11 +114,12 @@ def main() -> None:
     parser.add_argument("--campaign", choices=sorted(WATCHED), help="this one only")
     given = parser.parse_args()
     watched = [given.campaign] if given.campaign else sorted(WATCHED)
-    from rvjax import against, process
+    from rvjax.analysis import baseline
+    from rvjax.simulation import jax_config
 
-    process.configure("float64")
-    from rvjax.check.words import title
-    from rvjax.spec import load
+    jax_config.configure("float64")
+    from rvjax.analysis.verdicts.sentences import title
+    from rvjax.campaign import load
     from rvjax.stats import clopper_pearson_lower
 
     print("| campaign | requirement | complying | at least | chance not to pass |\n|---|---|---|---|---|")
@@ -137,7 +138,7 @@ def main() -> None:
     for campaign in watched:
         path = CAMPAIGNS / f"{campaign}.yaml"
         own = load(path)
-        same, paired = (f"seed={own.seed}",), min(own.samples, against.MOST)
+        same, paired = (f"seed={own.seed}",), min(own.samples, baseline.MOST)
         sound = flown(path, paired, same)[1]
         for name, (overrides, flipped) in WATCHED[campaign].items():
             chance, words, k, n, high = most_surely(own, flown(path, WEAK, overrides, flipped)[1])
@@ -149,7 +150,7 @@ def main() -> None:
 def most_surely(own: Any, table: pd.DataFrame) -> tuple[float, str, int, int, float]:
     """The largest chance that a requirement does not pass, at the upper bound of the share that complies; which requirement, how
     many comply, of how many, and the bound."""
-    from rvjax.check.words import title
+    from rvjax.analysis.verdicts.sentences import title
     from rvjax.stats import clopper_pearson_upper
 
     found: list[tuple[float, str, int, int, float]] = []
@@ -162,15 +163,15 @@ def most_surely(own: Any, table: pd.DataFrame) -> tuple[float, str, int, int, fl
 
 def worse_than(sound: pd.DataFrame, table: pd.DataFrame) -> list[str]:
     """The metrics that `check --against` would call significantly worse, each with how many samples are."""
-    from rvjax import against
+    from rvjax.analysis import baseline
 
     found: list[str] = []
-    for name in against.METRICS:
+    for name in baseline.METRICS:
         old, new = (
             np.where(np.isfinite(one[f"metric.{name}"]), one[f"metric.{name}"], np.inf).astype(float) for one in (sound, table)
         )
-        worse, _ = against.steps(old, new, higher=False)
-        if len(against.METRICS) * against.more_than_half(int(worse.sum()), len(worse)) <= against.RISK:
+        worse, _ = baseline.steps(old, new, higher=False)
+        if len(baseline.METRICS) * baseline.more_than_half(int(worse.sum()), len(worse)) <= baseline.RISK:
             found.append(f"{name} ({int(worse.sum())} of {len(worse)})")
     return found
 

@@ -1,7 +1,7 @@
 """C code of one step of a flight, written from its jaxpr: the yardsticks `scalar_c` and `simd_c`.
 
-The jaxpr of `rvjax.flight.step` for one sample holds scalars only, so every equation of it becomes one C statement. Two loops are
-put around the statements:
+The jaxpr of `rvjax.simulation.flight.step` for one sample holds scalars only, so every equation of it becomes one C statement.
+Two loops are put around the statements:
 
     scalar   a sample after the other, its steps inside: what a colleague writes in an afternoon
     simd     a block of lanes side by side, its steps outside the lanes: every statement works on whole vector registers

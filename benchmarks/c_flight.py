@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import c_code
-from rvjax.bench.case import Case, UnavailableError
-from rvjax.flight import Carry
+from rvjax.execution.bench.workload import Case, UnavailableError
+from rvjax.simulation.flight import Carry
 
 
 def flight(case: Case, lanes: int | None, flags: tuple[str, ...]) -> Callable[[], Carry]:

@@ -87,12 +87,12 @@ def main() -> None:
     rounds = parser.parse_args().rounds
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    from rvjax import process
+    from rvjax.simulation import jax_config
 
-    process.configure("float64", threads=1)
-    from rvjax.batch import LANES, Flyer
-    from rvjax.campaign import load
-    from rvjax.draw import Draws
+    jax_config.configure("float64", threads=1)
+    from rvjax.simulation.batch import LANES, Flyer
+    from rvjax.simulation.draws import Draws
+    from rvjax.simulation.problem import load
 
     flights = []
     for overrides, noise in ROWS.values():
@@ -121,9 +121,9 @@ def _fly_with(noise: str) -> None:
     import jax
     import jax.numpy as jnp
 
-    from rvjax import noise as own
-    from rvjax.disturbances import ornstein_uhlenbeck
-    from rvjax.navigation import noise as measured
+    from rvjax.components.disturbances import ornstein_uhlenbeck
+    from rvjax.components.navigation import noise as measured
+    from rvjax.physics import noise as own
 
     def normals(key, k, count):
         a, b, c, d = (part.astype(jnp.uint32) for part in key)

@@ -11,11 +11,11 @@ from typing import ClassVar
 import jax
 import numpy as np
 
-from rvjax import closed_loop
-from rvjax.bench.case import Case, UnavailableError
-from rvjax.closed_loop import Drawn
-from rvjax.flight import Carry
-from rvjax.state import State
+from rvjax.execution.bench.workload import Case, UnavailableError
+from rvjax.physics.state import State
+from rvjax.simulation import closed_loop
+from rvjax.simulation.closed_loop import Drawn
+from rvjax.simulation.flight import Carry
 
 
 def prepare(case: Case) -> Callable[[], Carry]:

@@ -21,10 +21,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rvjax import process
-from rvjax.batch import LANES, Flyer
-from rvjax.campaign import load
-from rvjax.draw import Draws
+from rvjax.simulation import jax_config
+from rvjax.simulation.batch import LANES, Flyer
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import load
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
 SEED, WIDE, NEAR = 4057, 15, 24
@@ -136,7 +136,7 @@ def main() -> None:
     """Prints every candidate of each controller, the best at the end."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="+", choices=STARTS, metavar="NAME", help=", ".join(STARTS))
-    process.configure()
+    jax_config.configure()
     for name in parser.parse_args().names:
         print(f"{name}: captured of {LANES}, 99 % error in tubes, 95 % settling time, median delta-v, gains")
         told("best", search(name))

@@ -101,9 +101,9 @@ def child(spec: Mapping[str, Any]) -> None:
     if spec["devices"] > 1:
         jax.config.update("jax_num_cpu_devices", spec["devices"])
     replace(spec["replaced"])
-    from rvjax import flight
-    from rvjax.campaign import load
-    from rvjax.draw import Draws
+    from rvjax.simulation import flight
+    from rvjax.simulation.draws import Draws
+    from rvjax.simulation.problem import load
 
     problem, lanes = load(CAMPAIGN), spec["lanes"]
     chunks = max(2 * spec["threads"], 1664 // lanes)
@@ -135,10 +135,10 @@ def replace(what: str) -> None:
     names, _, by = what.partition(" by ")
     import jax.numpy as jnp
 
-    from rvjax import algebra, elementary
+    from rvjax.physics import fast_trig, vectors
 
     def divided(a: Any, b: Any) -> Any:
-        return a * (algebra.each(lambda x: 1.0 / x, b) if isinstance(b, algebra._Elementwise) else 1.0 / b)
+        return a * (vectors.each(lambda x: 1.0 / x, b) if isinstance(b, vectors._Elementwise) else 1.0 / b)
 
     cheap: dict[str, Callable[[Any], Any]] = {
         "sin": lambda x: 0.5 * x,
@@ -149,9 +149,9 @@ def replace(what: str) -> None:
     }
     for name in names.split():
         if by == "reciprocal":
-            algebra._Elementwise.__truediv__ = divided
+            vectors._Elementwise.__truediv__ = divided
         else:
-            home = elementary if name in ("sin", "cos") else jnp
+            home = fast_trig if name in ("sin", "cos") else jnp
             setattr(home, name, getattr(jnp, name) if by == "the C library" else cheap[name])
 
 
@@ -160,7 +160,7 @@ def written(code: str, problem: Any) -> Callable[..., Any]:
     import jax
     import jax.numpy as jnp
 
-    from rvjax import closed_loop, flight, rk4
+    from rvjax.simulation import closed_loop, flight, rk4
 
     def stages(rate: Callable[..., Any], t: Any, y: Any, h: Any, first: Any) -> Any:
         where, weight = jnp.asarray([0.5, 0.5, 1.0], h.dtype), jnp.asarray([2.0, 2.0, 1.0], h.dtype)

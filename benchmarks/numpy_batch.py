@@ -10,8 +10,8 @@ import numpy as np
 from jax.extend.core import ClosedJaxpr
 
 from benchmarks.flat import Constant, Operand, flat
-from rvjax.bench.case import Case
-from rvjax.flight import Carry
+from rvjax.execution.bench.workload import Case
+from rvjax.simulation.flight import Carry
 
 CALLS: Mapping[str, Callable[..., Any]] = {
     "add": np.add,

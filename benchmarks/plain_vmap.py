@@ -7,9 +7,9 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 
-from rvjax.bench.case import Case
-from rvjax.closed_loop import Drawn
-from rvjax.flight import Carry
+from rvjax.execution.bench.workload import Case
+from rvjax.simulation.closed_loop import Drawn
+from rvjax.simulation.flight import Carry
 
 
 def prepare(case: Case) -> Callable[[], Carry]:

@@ -18,13 +18,13 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from rvjax import process
-from rvjax.batch import LANES
-from rvjax.executors import Crew
-from rvjax.executors.dask import workers
-from rvjax.executors.inline import inline
-from rvjax.results import RunFolder
-from rvjax.run import run
+from rvjax.execution.executors import Crew
+from rvjax.execution.executors.dask_client import workers
+from rvjax.execution.executors.threads import inline
+from rvjax.execution.run import run
+from rvjax.run_folder import RunFolder
+from rvjax.simulation import jax_config
+from rvjax.simulation.batch import LANES
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
 CHUNKS = 40
@@ -104,7 +104,7 @@ def child(samples: int) -> None:
 
 def main() -> None:
     """Runs what the arguments say."""
-    process.configure()
+    jax_config.configure()
     parts: dict[str, Callable[[], None]] = {"overhead": overhead, "dask": dask, "memory": memory}
     given = sys.argv[1:]
     if given and given[0].startswith("--child="):

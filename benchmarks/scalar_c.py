@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from benchmarks.c_flight import flight
-from rvjax.bench.case import Case
-from rvjax.flight import Carry
+from rvjax.execution.bench.workload import Case
+from rvjax.simulation.flight import Carry
 
 
 def prepare(case: Case) -> Callable[[], Carry]:

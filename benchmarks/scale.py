@@ -25,8 +25,8 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from benchmarks.scan import build, resume
-from rvjax.results import RunFolder
-from rvjax.samplers import basis_of
+from rvjax.components.samplers import basis_of
+from rvjax.run_folder import RunFolder
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
 FLOWN = 12
@@ -59,10 +59,10 @@ def main() -> None:
     parser.add_argument("--price", type=float, default=0.04, help="of a core for an hour, in whatever currency")
     parser.add_argument("--dask", action="store_true", help="compare the model with a real flight on two local workers")
     given = parser.parse_args()
-    from rvjax import process
-    from rvjax.batch import LANES
+    from rvjax.simulation import jax_config
+    from rvjax.simulation.batch import LANES
 
-    process.configure()
+    jax_config.configure()
     costs = measure(given.campaign)
     print(f"measured with {given.campaign.name}, {LANES} samples a chunk:")
     for name, value in costs._asdict().items():
@@ -107,11 +107,11 @@ def said(seconds: float) -> str:
 
 def measure(campaign: Path) -> Costs:
     """Everything but Dask's figures on the campaign's own chunks, all on one thread."""
-    from rvjax.batch import LANES
-    from rvjax.campaign import load
-    from rvjax.fold import Fold
-    from rvjax.identity import identity, provenance
-    from rvjax.pilot import ENVELOPE_CHUNKS, Parcel, Pilot
+    from rvjax.analysis.accumulator import Fold
+    from rvjax.execution.chunks import ENVELOPE_CHUNKS, Parcel, Pilot
+    from rvjax.execution.identity import identity, provenance
+    from rvjax.simulation.batch import LANES
+    from rvjax.simulation.problem import load
 
     problem = load(campaign, [f"samples={(ENVELOPE_CHUNKS + FLOWN) * LANES}"])
     mine = identity(problem)
@@ -168,8 +168,8 @@ def scan_s() -> float:
 def compare(costs: Costs, campaign: Path) -> None:
     """The model against flights by this process and by two local workers of one thread."""
     from benchmarks.runs import pace
-    from rvjax.executors.dask import workers
-    from rvjax.executors.inline import inline
+    from rvjax.execution.executors.dask_client import workers
+    from rvjax.execution.executors.threads import inline
 
     for name, crew in (("inline", inline), ("two Dask workers", workers(2, lambda text: None))):
         found = pace(campaign, crew, CHECKED)

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from rvjax.results import CAMPAIGN, RunFolder, files
-from rvjax.results.journal import Journal
-from rvjax.results.manifest import Entry, Head, Key, Manifest
+from rvjax.run_folder import CAMPAIGN, RunFolder, atomic_files
+from rvjax.run_folder.journal import Journal
+from rvjax.run_folder.manifest import Entry, Head, Key, Manifest
 
 LANES = 416
 CHUNKS = 100_000
@@ -27,7 +27,7 @@ TEXT = "rvjax: 1\n"
 def build(root: Path, chunks: int, closed: bool) -> None:
     """A run folder of so many chunks; closed: its journal is folded into the manifest."""
     samples = chunks * LANES
-    head = Head(name="scan", samples=samples, identity=IDENTITY, provenance={}, campaign=files.sha256(TEXT.encode()))
+    head = Head(name="scan", samples=samples, identity=IDENTITY, provenance={}, campaign=atomic_files.sha256(TEXT.encode()))
     (root / "samples").mkdir(parents=True)
     (root / CAMPAIGN).write_text(TEXT)
     journal = Journal(root, Manifest(head))
@@ -35,7 +35,7 @@ def build(root: Path, chunks: int, closed: bool) -> None:
         journal.fold()
         for chunk in range(chunks):
             data = b"%d" % chunk
-            digest = files.sha256(data)
+            digest = atomic_files.sha256(data)
             name = Key("samples", chunk).file(digest)
             (root / name).write_bytes(data)
             journal.add(Entry(file=name, sha256=digest, bytes=len(data), first=chunk * LANES, count=LANES))

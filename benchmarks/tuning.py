@@ -14,14 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from rvjax import process
-from rvjax.batch import LANES, streams
-from rvjax.executors.inline import beside
-from rvjax.identity import identity
-from rvjax.pilot import ENVELOPE_CHUNKS, Pilot
-from rvjax.results import RunFolder
-from rvjax.tuning.flights import Flights
-from rvjax.tuning.tune import prepare
+from rvjax.execution.chunks import ENVELOPE_CHUNKS, Pilot
+from rvjax.execution.executors.threads import beside
+from rvjax.execution.identity import identity
+from rvjax.run_folder import RunFolder
+from rvjax.search.tuning.candidate_flights import Flights
+from rvjax.search.tuning.tune import prepare
+from rvjax.simulation import jax_config
+from rvjax.simulation.batch import LANES, streams
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "tuning" / "saturated-adaptive.yaml"
 CHUNKS = 4
@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--candidates", type=int, default=16)
     given = parser.parse_args()
-    process.configure()
+    jax_config.configure()
     space, _, _, _ = prepare(given.file, ["samples=100000000"])  # as many chunks as it may take
     problem, rng = space.problem, np.random.default_rng(0)
     pilot = Pilot(problem, {})

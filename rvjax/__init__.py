@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from rvjax.campaign import load as load_campaign
-    from rvjax.check import judge_folder
-    from rvjax.process import configure
-    from rvjax.replay import replay as replay_sample
+    from rvjax.analysis.verdicts import judge_folder
+    from rvjax.execution.replay import replay as replay_sample
+    from rvjax.execution.run import run as fly_campaign
     from rvjax.report import build as build_report
-    from rvjax.run import run as fly_campaign
+    from rvjax.simulation.jax_config import configure
+    from rvjax.simulation.problem import load as load_campaign
 
 __all__ = ["__version__", "build_report", "configure", "fly_campaign", "judge_folder", "load_campaign", "replay_sample"]
 
 _HOME = {
     "build_report": ("rvjax.report", "build"),
-    "configure": ("rvjax.process", "configure"),
-    "fly_campaign": ("rvjax.run", "run"),
-    "judge_folder": ("rvjax.check", "judge_folder"),
-    "load_campaign": ("rvjax.campaign", "load"),
-    "replay_sample": ("rvjax.replay", "replay"),
+    "configure": ("rvjax.simulation.jax_config", "configure"),
+    "fly_campaign": ("rvjax.execution.run", "run"),
+    "judge_folder": ("rvjax.analysis.verdicts", "judge_folder"),
+    "load_campaign": ("rvjax.simulation.problem", "load"),
+    "replay_sample": ("rvjax.execution.replay", "replay"),
 }
 
 

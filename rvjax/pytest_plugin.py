@@ -76,12 +76,12 @@ class CampaignFile(pytest.File):
 
     def collect(self) -> Iterable[pytest.Item]:
         """The requirements. A mistake in the campaign is one of collecting it, with its places."""
-        from rvjax import spec
-        from rvjax.check.words import title
+        from rvjax.analysis.verdicts.sentences import title
+        from rvjax.campaign import load
         from rvjax.errors import CampaignError
 
         try:
-            campaign = spec.load(self.path)
+            campaign = load(self.path)
         except CampaignError as error:
             raise self.CollectError(str(error)) from None
         for number, requirement in enumerate(campaign.require, 1):

@@ -12,11 +12,11 @@ import hypothesis
 import pytest
 import typer
 
-from rvjax import process
+from rvjax.simulation import jax_config
 from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
 
-process.configure("float64")
+jax_config.configure("float64")
 hypothesis.settings.register_profile("untimed", deadline=None)  # a busy machine is no failure
 hypothesis.settings.load_profile("untimed")
 
@@ -51,7 +51,7 @@ def figure(record_property: Callable[[str, Any], None]) -> Callable[[str], None]
 @pytest.fixture
 def bare(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reports without sections, for tests that are not about them: drawing takes longer than a short campaign."""
-    monkeypatch.setattr("rvjax.sections.SECTIONS", ())
+    monkeypatch.setattr("rvjax.report.sections.SECTIONS", ())
 
 
 @pytest.fixture
@@ -82,8 +82,8 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 @pytest.fixture(scope="session")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The run folder of the short campaign; of the report only the section that draws nothing."""
-    from rvjax import sections
-    from rvjax.run import run
+    from rvjax.execution.run import run
+    from rvjax.report import sections
 
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.setattr(sections, "SECTIONS", (sections.provenance.section,))

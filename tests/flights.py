@@ -16,19 +16,19 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax import closed_loop, flight
-from rvjax.algebra import Channels, Symmetric, Vector
-from rvjax.closed_loop import Drawn, Loop
 from rvjax.columns import AXES, CHANNELS
-from rvjax.disturbances import constant, sinusoid
-from rvjax.disturbances.interface import Disturbance
-from rvjax.dynamics import MU_EARTH
-from rvjax.family import component, members
-from rvjax.faults import bias, effectiveness
-from rvjax.faults.interface import fault
-from rvjax.metrics.interface import Rules
-from rvjax.saturation import SATURATIONS
-from rvjax.state import Motion, Numbers, Plant, Step, TargetMotion
+from rvjax.components.disturbances import constant, sinusoid
+from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.faults import bias, effectiveness
+from rvjax.components.faults.interface import fault
+from rvjax.components.metrics.interface import Rules
+from rvjax.components.registry import component, members
+from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.saturation import SATURATIONS
+from rvjax.physics.state import Motion, Numbers, Plant, Step, TargetMotion
+from rvjax.physics.vectors import Channels, Symmetric, Vector
+from rvjax.simulation import closed_loop, flight
+from rvjax.simulation.closed_loop import Drawn, Loop
 
 Array = NDArray[np.float64]
 
@@ -209,7 +209,7 @@ Recorder = Callable[[Drawn, int], Record]
 def recorder(closed: Loop, rows: int) -> Recorder:
     """record(drawn, every) flies `rows` times `every` steps and keeps every `every`-th of them and the last.
 
-    One compiled program for any numbers and any `every`. The stages of a flight (`rvjax.flight`) are the product's own.
+    One compiled program for any numbers and any `every`. The stages of a flight (`simulation.flight`) are the product's own.
     """
     evaluate = jax.jit(partial(closed_loop.evaluate, closed))  # traced once for all stages
 

@@ -9,12 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax.campaign import Part
-from rvjax.draw import Draws
-from rvjax.dynamics import Relative, relative, target_alpha
-from rvjax.family import component
-from rvjax.samplers.monte_carlo import MonteCarlo
-from rvjax.state import Motion, Numbers, Plant, State, TargetMotion
+from rvjax.components.registry import component
+from rvjax.components.samplers.monte_carlo import MonteCarlo
+from rvjax.physics.dynamics import Relative, relative, target_alpha
+from rvjax.physics.state import Motion, Numbers, Plant, State, TargetMotion
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import Part
 from tests import flights
 
 Array = NDArray[np.float64]

@@ -12,9 +12,9 @@ from rvjax.cli.app import Json, Samples, Seed, Sets, app, overrides
 from rvjax.cli.output import Output
 
 if TYPE_CHECKING:
-    from rvjax.audit import Audit
-    from rvjax.campaign import Problem
-    from rvjax.spec.layout import Margin
+    from rvjax.campaign.thruster_layout import Margin
+    from rvjax.execution.audit import Audit
+    from rvjax.simulation.problem import Problem
 
 
 @app.command()
@@ -23,7 +23,7 @@ def init(
     as_json: Json = False,
 ) -> int:
     """Write a commented starter campaign, and the schema that editors complete it with."""
-    from rvjax.starter import write
+    from rvjax.cli.starter import write
 
     output = Output(as_json)
     campaign, schema = write(folder)
@@ -43,9 +43,9 @@ def validate(
     as_json: Json = False,
 ) -> int:
     """Parse campaigns, check units and ranges, print samples, chunks, estimated time and memory. Flies nothing, or an audit."""
-    from rvjax.campaign import load
-    from rvjax.cost import cost
     from rvjax.errors import CampaignError
+    from rvjax.simulation.cost import cost
+    from rvjax.simulation.problem import load
 
     output = Output(as_json)
     findings = []
@@ -54,7 +54,7 @@ def validate(
         try:
             problems[str(file)] = load(file, overrides(sets, samples, seed))
             if problems[str(file)].spec.tune is not None:
-                from rvjax.tuning.tune import prepare
+                from rvjax.search.tuning.tune import prepare
 
                 prepare(file, overrides(sets, samples, seed))
         except CampaignError as error:
@@ -67,7 +67,7 @@ def validate(
         output.text(f"{file}: {expected}")
         documents[file] = dict(vars(expected))
         if problem.spec.tune is not None:
-            from rvjax.tuning.tune import plan
+            from rvjax.search.tuning.tune import plan
 
             output.text(f"{file}: tune: {plan(problem.spec)}")
         if losses:
@@ -91,18 +91,18 @@ def _alike(losses: list[Margin]) -> list[tuple[str, ...]]:
 
 def _proven(problem: Problem) -> Audit:
     """Proof that the dispersions of a campaign act."""
-    from rvjax import process
-    from rvjax.audit import prove
-    from rvjax.batch import Flyer
+    from rvjax.execution.audit import prove
+    from rvjax.simulation import jax_config
+    from rvjax.simulation.batch import Flyer
 
-    process.configure(problem.spec.precision)
+    jax_config.configure(problem.spec.precision)
     return prove(problem, Flyer(problem.loop, problem.metrics))
 
 
 @app.command("list")
 def list_components(as_json: Json = False) -> int:
     """The components there are, and where each comes from."""
-    from rvjax import manual
+    from rvjax.components import manual
 
     output = Output(as_json)
     found = [(family, name, origin, manual.page(family, name).summary) for family, name, origin in manual.components()]
@@ -119,7 +119,7 @@ def explain(
     as_json: Json = False,
 ) -> int:
     """One component's manual page: equations, source, parameters with units and defaults."""
-    from rvjax import manual
+    from rvjax.components import manual
 
     output = Output(as_json)
     pages = manual.pages_called(name)
@@ -134,7 +134,7 @@ def explain(
 @app.command()
 def schema(as_json: Json = False) -> int:
     """The JSON Schema of a campaign file, with the parameters of every component."""
-    from rvjax.manual import campaign_schema
+    from rvjax.components.manual import campaign_schema
 
     del as_json  # it is JSON anyway
     print(json.dumps(campaign_schema(), indent=2, ensure_ascii=False))
@@ -147,7 +147,7 @@ def doctor(
     as_json: Json = False,
 ) -> int:
     """Versions, devices, settings, and what is wrong with them; with DIR, whether every file of a run is intact."""
-    from rvjax.doctor import examine
+    from rvjax.execution.doctor import examine
 
     output = Output(as_json)
     found = examine(folder)

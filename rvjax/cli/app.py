@@ -91,7 +91,7 @@ def _warn(message: Warning | str, *where: Any) -> None:
 def _report(error: RvjaxError) -> int:
     say(str(error), sys.stderr)
     if os.environ.get("GITHUB_ACTIONS") == "true":
-        from rvjax.ci import github
+        from rvjax.report.ci import github
 
         told = github.of_findings(error.findings) if isinstance(error, CampaignError) else [github.of_error(str(error))]
         Output(as_json="--json" in sys.argv).annotate(told)

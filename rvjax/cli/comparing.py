@@ -14,7 +14,7 @@ from rvjax.cli.output import Output
 from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
-    from rvjax.compare import Comparison
+    from rvjax.analysis.compare import Comparison
     from rvjax.stats import Estimate
 
 
@@ -33,8 +33,8 @@ def compare(
     as_json: Json = False,
 ) -> int:
     """Compare two run folders on the same draws, sample by sample: what is better, what is worse, and where."""
-    from rvjax.compare import compare as compared
-    from rvjax.compare import sides
+    from rvjax.analysis.compare import compare as compared
+    from rvjax.analysis.compare import sides
 
     output = Output(as_json)
     found = compared(
@@ -61,7 +61,7 @@ def _quantile(text: str) -> tuple[str, float]:
 
 
 def _show(found: Comparison, output: Output) -> None:
-    from rvjax.compare import p_value
+    from rvjax.analysis.compare import p_value
 
     output.text(f"A: {found.a}", f"B: {found.b}", f"{found.n:,} samples on the same draws; every difference is B − A")
     if found.differing:

@@ -17,9 +17,9 @@ from rvjax.cli.telling import Tell
 from rvjax.errors import IncompleteError, RvjaxError, UsageError
 
 if TYPE_CHECKING:
-    from rvjax.against import Comparison
-    from rvjax.check import Verdict
-    from rvjax.results import Account
+    from rvjax.analysis.baseline import Comparison
+    from rvjax.analysis.verdicts import Verdict
+    from rvjax.run_folder import Account
 
 
 @app.command()
@@ -86,8 +86,8 @@ def replay(
     as_json: Json = False,
 ) -> int:
     """Fly one sample of a run again, with its full trace; its metrics equal the table's row."""
-    from rvjax.replay import replay as fly_again
-    from rvjax.replay import save, trace_file
+    from rvjax.execution.replay import replay as fly_again
+    from rvjax.execution.replay import save, trace_file
 
     output = Output(as_json)
     target = trace_file(out or Path(f"sample-{sample:07d}.parquet"))
@@ -110,14 +110,14 @@ def fly(
     until_decided: bool = False,
 ) -> int:
     """Flies a campaign and judges it; when stopped, says what is kept and how to go on."""
-    from rvjax.executors.inline import inline
-    from rvjax.run import run as fly_campaign
+    from rvjax.execution.executors.threads import inline
+    from rvjax.execution.run import run as fly_campaign
 
     tell = tell or Tell()
     tell.begin()
     crew = inline
     if dask is not None:
-        from rvjax.executors.dask import parse, workers
+        from rvjax.execution.executors.dask_client import parse, workers
 
         crew = workers(parse(dask), output.note)
 
@@ -158,7 +158,7 @@ def fly(
 
 def judge(folder: Path, output: Output, tell: Tell) -> int:
     """Prints the verdicts of a run folder; returns the exit code."""
-    from rvjax.check import reckon
+    from rvjax.analysis.verdicts import reckon
 
     tell.begin()
     with tell.broken(folder.absolute().name):
@@ -168,9 +168,9 @@ def judge(folder: Path, output: Output, tell: Tell) -> int:
 
 def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: Output, tell: Tell, file: Path) -> int:
     """Prints verdicts, and tells them to whoever runs this. file: the campaign, on whose lines they are annotated."""
-    from rvjax.check import campaign_of, exit_code
-    from rvjax.results import RunFolder
-    from rvjax.samplers import basis_of
+    from rvjax.analysis.verdicts import campaign_of, exit_code
+    from rvjax.components.samplers import basis_of
+    from rvjax.run_folder import RunFolder
 
     counts = {name: count for name, count in vars(account).items() if name != "requested"}
     output.text(

@@ -15,8 +15,8 @@ from rvjax.cli.output import Output, say
 from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
-    from rvjax.bench import Bench
-    from rvjax.planning import Running
+    from rvjax.analysis.sample_size import Running
+    from rvjax.execution.bench import Bench
 
 
 @app.command()
@@ -34,7 +34,7 @@ def bench(
     quiet: Quiet = False,
 ) -> int:
     """Measure the speed on this machine against other ways to fly the same samples, in one run; a few minutes."""
-    from rvjax.bench import measure
+    from rvjax.execution.bench import measure
 
     output = Output(as_json, quiet)
     found = measure(file, rounds, yardsticks, growth, output.note)
@@ -47,7 +47,7 @@ def bench(
 
 
 def _show(found: Bench, output: Output) -> None:
-    from rvjax.bench.case import OWN
+    from rvjax.execution.bench.workload import OWN
 
     case, machine = found.case, found.machine
     output.text(
@@ -98,7 +98,7 @@ def plan(
         raise UsageError("plan: accepted: a campaign FILE, or --at-least SHARE")
     if file is not None:
         return _of_campaign(file, true or [], output)
-    from rvjax.planning import plan as plan_of
+    from rvjax.analysis.sample_size import plan as plan_of
 
     found = plan_of(at_least or 0.0, confidence, true or [], power, expected)
     shares = [f"pass at {100 * p:.6g} %" for p in found.trues]
@@ -121,11 +121,11 @@ def plan(
 
 def _of_campaign(file: Path, trues: list[float], output: Output) -> int:
     """Every requirement of a campaign with its own method and samples; time and memory."""
-    from rvjax.batch import LANES
-    from rvjax.campaign import load
-    from rvjax.check.words import title
-    from rvjax.cost import cost
-    from rvjax.planning import of_requirement
+    from rvjax.analysis.sample_size import of_requirement
+    from rvjax.analysis.verdicts.sentences import title
+    from rvjax.simulation.batch import LANES
+    from rvjax.simulation.cost import cost
+    from rvjax.simulation.problem import load
 
     problem = load(file)
     expected = cost(problem)

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 from rvjax.errors import visible
 
 if TYPE_CHECKING:
-    from rvjax.check import Verdict
-    from rvjax.run import Progress
+    from rvjax.analysis.verdicts import Verdict
+    from rvjax.execution.run import Progress
 
 AFTERWARDS = "flying again what is kept, writing the report"
 

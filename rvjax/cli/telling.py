@@ -13,9 +13,9 @@ from rvjax.cli.output import Output
 from rvjax.errors import RvjaxError, UsageError
 
 if TYPE_CHECKING:
-    from rvjax.against import Comparison
-    from rvjax.check import Verdict
-    from rvjax.results import RunFolder
+    from rvjax.analysis.baseline import Comparison
+    from rvjax.analysis.verdicts import Verdict
+    from rvjax.run_folder import RunFolder
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Tell:
             except OSError as error:
                 raise UsageError(f"{self.junit_xml}: cannot be written: {error.strerror}; accepted: another path") from error
         if self.against is not None:
-            from rvjax import against
+            from rvjax.analysis import baseline as against
 
             with self.broken("baseline"):
                 against.read(self.against)
@@ -58,7 +58,7 @@ class Tell:
         """Of each requirement that does not pass the sample to look at first, where somebody is told."""
         if self.junit_xml is None and not output.as_json:
             return [None] * len(verdicts)
-        from rvjax.ci.worst import worst_samples
+        from rvjax.analysis.worst_samples import worst_samples
 
         failing = [place for place, one in enumerate(verdicts) if one.verdict != "PASS"]
         found = dict(zip(failing, worst_samples(folder, [verdicts[place].requirement for place in failing]), strict=True))
@@ -69,7 +69,7 @@ class Tell:
         found: Sequence[Comparison] = ()
         if self.against is None and self.write_baseline is None:
             return found
-        from rvjax import against
+        from rvjax.analysis import baseline as against
 
         if self.against is not None:
             found = against.against(folder, self.against)
@@ -95,11 +95,11 @@ class Tell:
     ) -> None:
         """JUnit XML where it is asked for; annotations and a summary where GitHub actions run this. name: of the campaign. error:
         why nothing could be compared."""
-        from rvjax.ci import github
+        from rvjax.report.ci import github
 
         if self.junit_xml is None and not github.active():
             return
-        from rvjax.spec.source import read
+        from rvjax.campaign.source import read
 
         self._junit(name, verdicts, [_advice(folder.path, sample) for sample in worst], compared, error)
         if github.active():
@@ -116,13 +116,13 @@ class Tell:
     ) -> None:
         if self.junit_xml is None:
             return
-        from rvjax.ci import junit
-        from rvjax.results import files
+        from rvjax.report.ci import junit
+        from rvjax.run_folder import atomic_files
 
         cases = [*junit.of_verdicts(verdicts, advice), *junit.of_comparisons(compared, str(self.against))]
         if error:
             cases.append(junit.of_error("baseline" if verdicts else "campaign", error))
-        files.replace(self.junit_xml, junit.junit(name, cases))
+        atomic_files.replace(self.junit_xml, junit.junit(name, cases))
 
 
 def _advice(folder: Path, sample: int | None) -> str:

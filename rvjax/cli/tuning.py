@@ -15,8 +15,8 @@ from rvjax.cli.output import Output, say
 from rvjax.errors import IncompleteError
 
 if TYPE_CHECKING:
-    from rvjax.searched import Confirmed, Searched
-    from rvjax.worst import Worst
+    from rvjax.run_folder.tuning_record import Confirmed, Searched
+    from rvjax.search.worst_case import Worst
 
 
 @app.command()
@@ -30,7 +30,7 @@ def tune(
     quiet: Quiet = False,
 ) -> int:
     """Search better values of a campaign on common draws, and confirm them on fresh ones. Again on the same folder: resumes."""
-    from rvjax.tuning.tune import tune as search
+    from rvjax.search.tuning.tune import tune as search
 
     output, given = Output(as_json, quiet), overrides(sets, samples, seed)
     began = time.monotonic()
@@ -50,8 +50,8 @@ def tune(
 
 
 def _show(place: Path, found: Searched, output: Output) -> None:
-    from rvjax.sections.tuning.confirmation import headline, shown
-    from rvjax.sections.tuning.values import said
+    from rvjax.report.tuning_sections.confirmation import headline, shown
+    from rvjax.report.tuning_sections.values import said
 
     assert found.confirmation is not None, "a search ends with its confirmation"
     top = headline(found)
@@ -105,7 +105,7 @@ def worst(
     quiet: Quiet = False,
 ) -> int:
     """Search the draws for the smallest margin of a requirement; write what is found as a campaign that replays it."""
-    from rvjax import worst as search
+    from rvjax.search import worst_case as search
 
     output, given = Output(as_json, quiet), overrides(sets, None, seed)
     hunt = search.prepare(file, given, requirement, vary or ())
@@ -123,7 +123,7 @@ def worst(
 def _show_worst(found: Worst, campaign: Path, output: Output) -> None:
     from scipy.special import ndtr
 
-    from rvjax.spec.names import covers
+    from rvjax.campaign.draw_names import covers
 
     one = found.worst
     fails = f"{found.failing} of them do not comply" if found.failing else "all of them comply"

@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from rvjax.report.compose import build, write
-from rvjax.sections.opened import opened
+from rvjax.report.run_view import opened
 
 __all__ = ["build", "opened", "write"]

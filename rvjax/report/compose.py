@@ -7,13 +7,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rvjax.check.folders import SEARCH
-from rvjax.report import html, markdown, picture, tuning
-from rvjax.results import RunFolder, extract
-from rvjax.sections import sections
-from rvjax.sections.opened import Run, open_run
-from rvjax.sections.page import Headline, Number, Section
-from rvjax.sections.verdicts import headline
+from rvjax.analysis.verdicts.folders import SEARCH
+from rvjax.report import figures, html, markdown, tuning_report
+from rvjax.report.blocks import Headline, Number, Section
+from rvjax.report.run_view import Run, open_run
+from rvjax.report.sections import sections
+from rvjax.report.sections.verdicts import headline
+from rvjax.run_folder import RunFolder, verdict_columns
 
 FORMAT = 1
 
@@ -26,16 +26,16 @@ def build(folder: str | Path) -> Path:
     """
     opened = RunFolder.open(folder)
     if SEARCH in opened.identity:
-        return tuning.build(opened)
+        return tuning_report.build(opened)
     return write(opened, open_run(folder))
 
 
 def write(folder: RunFolder, run: Run) -> Path:
     """Writes the report of an opened run into its folder and returns the path of `report.html`; reads no samples."""
     top = headline(run)
-    shown, pictures = picture.drawn(folder, lambda: sections(run))
+    shown, pictures = figures.drawn(folder, lambda: sections(run))
     if run.extract is not None:
-        folder.write_bytes(extract.NAME, run.extract)
+        folder.write_bytes(verdict_columns.NAME, run.extract)
     folder.write_summary(summary(run, top, shown))
     folder.write_text("report.md", markdown.page(top, shown))
     page = folder.write_text("report.html", html.page(top, shown, pictures))

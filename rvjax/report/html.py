@@ -8,9 +8,9 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from rvjax.report.picture import Picture
-from rvjax.sections.page import Headline, Section
-from rvjax.sections.wording import count, shown
+from rvjax.report.blocks import Headline, Section
+from rvjax.report.figures import Picture
+from rvjax.report.number_format import count, shown
 
 _HERE = Path(__file__).parent
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from rvjax.sections.page import Cell, Code, Drawing, Headline, Mark, Named, Number, Section, Table
-from rvjax.sections.wording import count, shown
+from rvjax.report.blocks import Cell, Code, Drawing, Headline, Mark, Named, Number, Section, Table
+from rvjax.report.number_format import count, shown
 
 _ACTING = re.compile(r"[\\`*_\[\]#|~$]|^[-+]|:(?=//)|(?<=www)\.", re.IGNORECASE)
 """Marks of Markdown; at the start also those of lists and lines; what makes a link of an address that just stands there."""

@@ -23,8 +23,7 @@ from rvjax.stats.binomial import (
     wilson,
     worst_coverage,
 )
-from rvjax.stats.families import holm
-from rvjax.stats.given_data import Explained, explained
+from rvjax.stats.boundary_crossing import Boundary, Walk, decisions, schedule, walk
 from rvjax.stats.means import (
     RESAMPLES,
     bernstein_bounds,
@@ -34,7 +33,9 @@ from rvjax.stats.means import (
     empirical_bernstein_upper,
     mean_interval,
 )
+from rvjax.stats.multiplicity import holm
 from rvjax.stats.paired import Pairs, log_e_paired, mcnemar, newcombe, noninferiority, pairs_of, tango
+from rvjax.stats.quantile_shifts import quantile_shift
 from rvjax.stats.quantiles import (
     Interval,
     dkw_band,
@@ -44,9 +45,8 @@ from rvjax.stats.quantiles import (
     tolerance_interval,
     upper_tolerance_bound,
 )
+from rvjax.stats.sensitivity import Explained, explained
 from rvjax.stats.sequential import e_boundary, log_e_fail, log_e_pass, log_ratio, sprt_boundary
-from rvjax.stats.shifts import quantile_shift
-from rvjax.stats.walk import Boundary, Walk, decisions, schedule, walk
 
 __all__ = [
     "RESAMPLES",

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.stats._lattice import binomial_cdf, check_share, largest, whole
-from rvjax.stats.walk import Boundary
+from rvjax.stats._binomial import binomial_cdf, check_share, largest, whole
+from rvjax.stats.boundary_crossing import Boundary
 
 Side = Literal["left", "right"]
 

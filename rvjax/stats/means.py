@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rvjax.stats._lattice import check_share, ranked
+from rvjax.stats._binomial import check_share, ranked
 from rvjax.stats.binomial import Estimate
 
 RESAMPLES = 2000

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.stats._lattice import binomial_cdf, check_share, whole
+from rvjax.stats._binomial import binomial_cdf, check_share, whole
 from rvjax.stats.binomial import Estimate, wilson
 
 Better = Literal["either", "a", "b"]

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rvjax.sketch import Sketch
-from rvjax.stats._lattice import binomial_cdf, check_share, ranked
+from rvjax.stats._binomial import binomial_cdf, check_share, ranked
 from rvjax.stats.binomial import Estimate
+from rvjax.stats.quantile_sketch import Sketch
 
 
 def quantile_interval(values: ArrayLike | Sketch, q: float, confidence: float = 0.95, *, worst: float = math.inf) -> Estimate:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.stats._lattice import check_share, largest, whole
-from rvjax.stats.walk import Boundary
+from rvjax.stats._binomial import check_share, largest, whole
+from rvjax.stats.boundary_crossing import Boundary
 
 SMALL = 1e-250
 """Below this a tail of the Beta law is computed from its continued fraction, which has no smallest number."""

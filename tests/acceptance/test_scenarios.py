@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rvjax.batch import LANES, Flyer
-from rvjax.campaign import load
-from rvjax.draw import Draws
+from rvjax.simulation.batch import LANES, Flyer
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN
 
 RUNAWAY = CAMPAIGN.parent / "nussbaum-runaway.yaml"

@@ -10,14 +10,14 @@ import jax
 import numpy as np
 import pytest
 
-from rvjax import process
-from rvjax.audit import audit, prove
-from rvjax.batch import LANES, Flyer
-from rvjax.campaign import Problem, load
-from rvjax.closed_loop import Drawn
-from rvjax.draw import Draws
+from rvjax.components.faults.interface import fault
 from rvjax.errors import AuditError, CampaignError
-from rvjax.faults.interface import fault
+from rvjax.execution.audit import audit, prove
+from rvjax.simulation import jax_config
+from rvjax.simulation.batch import LANES, Flyer
+from rvjax.simulation.closed_loop import Drawn
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import Problem, load
 from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
 
@@ -52,7 +52,7 @@ def problem() -> Problem:
 
 @pytest.fixture(scope="module")
 def flyer(problem: Problem) -> Flyer:
-    process.configure()
+    jax_config.configure()
     return Flyer(problem.loop, problem.metrics)
 
 
@@ -95,7 +95,7 @@ def test_whatever_is_cut_off_from_the_flight_is_found(
     problem: Problem, flyer: Flyer, full: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each number in turn is that of the first lane in all of them. Kills: a dispersion that nobody would miss."""
-    monkeypatch.setattr("rvjax.audit.ROUNDS", 1)
+    monkeypatch.setattr("rvjax.execution.audit.ROUNDS", 1)
     cut = leaves(problem)
     assert len(cut) > 80
     missed: list[str] = []

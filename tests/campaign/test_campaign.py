@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from rvjax.campaign import NEVER, Problem, load
 from rvjax.errors import CampaignError
+from rvjax.simulation.problem import NEVER, Problem, load
 from tests.short import CAMPAIGN
 from tests.spec.corpus import bad_files, check_refused
 

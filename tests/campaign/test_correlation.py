@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rvjax.campaign import load
-from rvjax.draw import Draws
-from rvjax.samplers.copula import cholesky
-from rvjax.spec.correlate import normal_correlation
+from rvjax.campaign.correlation import normal_correlation
+from rvjax.components.samplers.copula import cholesky
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN
 
 ALPHA = 1e-6

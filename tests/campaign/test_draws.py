@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rvjax import streams
-from rvjax.algebra import Symmetric
-from rvjax.campaign import load
-from rvjax.draw import Draws
-from rvjax.streams import uniforms
+from rvjax.physics.vectors import Symmetric
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import load
+from rvjax.stats import random_streams
+from rvjax.stats.random_streams import uniforms
 from tests.short import CAMPAIGN
 
 MU = 3.986004418e14
@@ -65,7 +65,7 @@ def test_uniforms_are_uniform_and_independent() -> None:
 def test_uniforms_are_inside_the_unit_interval() -> None:
     """The largest and the smallest word there are. Kills a number that rounds to 1, whose normal number would be infinite."""
     words = np.array([2**64 - 1, 2**64 - 2**11, 0, 2**63], dtype=np.uint64)
-    assert streams._shares(words).tolist() == [1.0 - 2.0**-53, 1.0 - 2.0**-53, 2.0**-54, 0.5 + 2.0**-54]
+    assert random_streams._shares(words).tolist() == [1.0 - 2.0**-53, 1.0 - 2.0**-53, 2.0**-54, 0.5 + 2.0**-54]
 
 
 def test_scattered_samples_have_the_numbers_of_a_row_of_them() -> None:

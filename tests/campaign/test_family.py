@@ -9,19 +9,19 @@ from pathlib import Path
 
 import pytest
 
-from rvjax import family
-from rvjax.campaign import load
+from rvjax.components import registry
 from rvjax.errors import UsageError
-from rvjax.identity import identity
-from rvjax.process import configure
+from rvjax.execution.identity import identity
+from rvjax.simulation.jax_config import configure
+from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN
 
 DRIFT = '''"""Creep: u = h + a (t − t_f) from the onset on."""
 
-from rvjax.algebra import each
-from rvjax.family import Component
-from rvjax.faults.interface import FaultParameters, fault
-from rvjax.spec import Quantity, channels
+from rvjax.physics.vectors import each
+from rvjax.components.registry import Component
+from rvjax.components.faults.interface import FaultParameters, fault
+from rvjax.campaign import Quantity, channels
 
 
 class Parameters(FaultParameters):
@@ -40,14 +40,14 @@ COMPONENT = Component(Parameters, lambda parameters: fault(failed))
 def _packages_as_they_are() -> Iterator[None]:
     """What a test brings is forgotten behind it."""
     yield
-    family.members.cache_clear()
+    registry.members.cache_clear()
 
 
 def bring(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """As if an installed package had this entry point."""
     entry = EntryPoint(name, "drifting:COMPONENT", "rvjax.faults")
-    monkeypatch.setattr(family, "entry_points", lambda group: [entry] if group == "rvjax.faults" else [])
-    family.members.cache_clear()
+    monkeypatch.setattr(registry, "entry_points", lambda group: [entry] if group == "rvjax.faults" else [])
+    registry.members.cache_clear()
 
 
 def test_a_fault_from_elsewhere_is_one_like_ours(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ def test_a_fault_from_elsewhere_is_one_like_ours(monkeypatch: pytest.MonkeyPatch
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "drifting", raising=False)
     bring(monkeypatch, "creep")
-    assert family.members("faults")["creep"] == "drifting:COMPONENT"
+    assert registry.members("faults")["creep"] == "drifting:COMPONENT"
     problem = load(CAMPAIGN, ["faults=[{use: creep, onset_s: 30, rate: {uniform: [0, 0.01]}, channels: [fx]}]"])
     assert problem.faults[0].prefix == "faults.creep"
     configure()
@@ -66,5 +66,5 @@ def test_a_fault_from_elsewhere_is_one_like_ours(monkeypatch: pytest.MonkeyPatch
 
 def test_a_name_that_two_claim_is_an_error_that_names_both(monkeypatch: pytest.MonkeyPatch) -> None:
     bring(monkeypatch, "bias")
-    with pytest.raises(UsageError, match=r"'bias' in rvjax\.faults: rvjax\.faults\.bias and drifting:COMPONENT"):
-        family.members("faults")
+    with pytest.raises(UsageError, match=r"'bias' in rvjax\.faults: rvjax\.components\.faults\.bias and drifting:COMPONENT"):
+        registry.members("faults")

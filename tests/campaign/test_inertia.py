@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rvjax.bodies import bodies
-from rvjax.campaign import load
-from rvjax.draw import Draws
-from rvjax.spec.physical import about_centre, definite, physical
+from rvjax.campaign.inertia_validity import about_centre, definite, physical
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.inertia import bodies
+from rvjax.simulation.problem import load
 from tests.campaign.test_draws import full
 from tests.short import CAMPAIGN
 

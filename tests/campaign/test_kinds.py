@@ -6,11 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax.campaign import load
-from rvjax.columns import ALEATORY, EPISTEMIC, Column
-from rvjax.draw import Draws
-from rvjax.results.parquet import decode, encode
-from rvjax.spec.distributions import (
+from rvjax.campaign.distributions import (
     Attitude,
     Ball,
     Empirical,
@@ -21,7 +17,11 @@ from rvjax.spec.distributions import (
     TruncatedNormal,
     VonMisesFisher,
 )
-from rvjax.spec.words import in_words
+from rvjax.campaign.law_words import in_words
+from rvjax.columns import ALEATORY, EPISTEMIC, Column
+from rvjax.run_folder.parquet import decode, encode
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN
 
 TILTED = "pursuer.inertia_kgm2={principal: [{normal: [22, 1]}, 20, 23], tilt_deg: {half_normal: 3}, reject: true}"

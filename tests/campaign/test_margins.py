@@ -15,17 +15,18 @@ import pandas as pd
 import pytest
 from ruamel.yaml import YAML
 
-from rvjax import check, margins
-from rvjax.basis import Independent
-from rvjax.campaign import Problem, load
+from rvjax.analysis import verdicts
+from rvjax.campaign import Requirement
+from rvjax.campaign.formula import MOST
 from rvjax.columns import metric_and_channel
-from rvjax.draw import Draws
+from rvjax.components.manual import campaign_schema, pages_called
+from rvjax.components.registry import component, members
 from rvjax.errors import CampaignError
-from rvjax.family import component, members
-from rvjax.manual import campaign_schema, pages_called
-from rvjax.sections.wording import label
-from rvjax.spec import Requirement
-from rvjax.spec.formula import MOST
+from rvjax.report.number_format import label
+from rvjax.simulation import temporal_margins
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import Problem, load
+from rvjax.stats.sampling_design import Independent
 from tests.short import CAMPAIGN
 
 ROOT = Path(__file__).parents[2]
@@ -38,7 +39,7 @@ def with_margins(said: Any, *more: str) -> Problem:
 
 def examples() -> list[Any]:
     """The margins in the manual page and in the documentation."""
-    page = textwrap.dedent(re.findall(r"\n( +margins:\n(?: {5,}.*\n)+)", inspect.getdoc(margins) or "")[0])
+    page = textwrap.dedent(re.findall(r"\n( +margins:\n(?: {5,}.*\n)+)", inspect.getdoc(temporal_margins) or "")[0])
     document = re.findall(r"```yaml\n(margins:.*?)```", (ROOT / "docs/campaigns.md").read_text(), re.DOTALL)[0]
     return [YAML(typ="safe").load(text) for text in (page, document)]
 
@@ -102,10 +103,10 @@ def test_a_margin_is_judged_by_its_own_column() -> None:
         {f"metric.margin.{name}": own for name, own in values.items()} | {"outcome": "captured", "sample": range(8)}
     )
     frame.loc[5, "outcome"] = "not_finite"
-    verdict = check.judge(Requirement(metric="margin.any", above=0, at_least=0.5), frame, Independent())
+    verdict = verdicts.judge(Requirement(metric="margin.any", above=0, at_least=0.5), frame, Independent())
     assert (verdict.successes, verdict.n) == (4, 8)
     with pytest.raises(Exception, match=r"accepted: captured, margin\.a, margin\.any"):
-        check.judge(Requirement(metric="margin", above=0, at_least=0.5), frame, Independent())
+        verdicts.judge(Requirement(metric="margin", above=0, at_least=0.5), frame, Independent())
 
 
 @pytest.mark.parametrize(

@@ -14,21 +14,21 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from rvjax import samplers
-from rvjax.basis import Exploration, Independent, Observed
-from rvjax.batch import LANES
-from rvjax.campaign import Problem, load
-from rvjax.check import Tallies, tallies
-from rvjax.draw import Draws
+from rvjax.analysis.verdicts import Tallies, tallies
+from rvjax.campaign import Requirement
+from rvjax.components import samplers
+from rvjax.components.registry import component, members
+from rvjax.components.samplers.interface import of_stratum
+from rvjax.components.samplers.latin_hypercube import LatinHypercube, permuted
+from rvjax.components.samplers.sobol import Sobol
 from rvjax.errors import CampaignError, UsageError
-from rvjax.family import component, members
-from rvjax.identity import PLAN, identity
-from rvjax.results import RunFolder
-from rvjax.run import _same_plan
-from rvjax.samplers.interface import of_stratum
-from rvjax.samplers.latin_hypercube import LatinHypercube, permuted
-from rvjax.samplers.sobol import Sobol
-from rvjax.spec import Requirement
+from rvjax.execution.identity import PLAN, identity
+from rvjax.execution.run import _same_plan
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.batch import LANES
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import Problem, load
+from rvjax.stats.sampling_design import Exploration, Independent, Observed
 from tests.short import CAMPAIGN
 
 ALPHA = 1e-6

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from rvjax.campaign import load
 from rvjax.columns import CHANNELS
-from rvjax.draw import Draws
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN
 
 N = 6000

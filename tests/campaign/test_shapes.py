@@ -8,10 +8,10 @@ import pytest
 from beartype import beartype
 from jaxtyping import Float64, Int64, TypeCheckError, jaxtyped
 
-from rvjax.batch import LANES, Flown, Flyer
-from rvjax.campaign import load
-from rvjax.draw import Draws
-from rvjax.streams import uniforms
+from rvjax.simulation.batch import LANES, Flown, Flyer
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import load
+from rvjax.stats.random_streams import uniforms
 from tests.short import CAMPAIGN, SHORT
 
 

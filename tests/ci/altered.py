@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from rvjax.results import RunFolder
+from rvjax.run_folder import RunFolder
 
 Change = Callable[[pd.DataFrame], Mapping[str, object]]
 

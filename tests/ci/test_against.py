@@ -15,13 +15,13 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from rvjax import against
-from rvjax.ci import github
-from rvjax.ci.worst import worst_samples
+from rvjax.analysis import baseline as against
+from rvjax.analysis.run_totals import worst_first
+from rvjax.analysis.worst_samples import worst_samples
+from rvjax.campaign import Requirement
 from rvjax.errors import UsageError
-from rvjax.results import RunFolder
-from rvjax.spec import Requirement
-from rvjax.totals import worst_first
+from rvjax.report.ci import github
+from rvjax.run_folder import RunFolder
 from tests.ci.altered import after
 from tests.program import Run
 from tests.short import CAMPAIGN
@@ -175,7 +175,7 @@ def test_what_cannot_be_compared_is_an_error_in_every_output(
     assert len(kinds) == 4
     assert kinds[3] == ["error"]
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
-    monkeypatch.setattr("rvjax.run.run", lambda *given, **named: pytest.fail("flown"))
+    monkeypatch.setattr("rvjax.execution.run.run", lambda *given, **named: pytest.fail("flown"))
     code, out, _ = rvjax("check", CAMPAIGN, "--against", tmp_path / "none.json", "--junit-xml", report)
     assert code == 2
     assert re.search(r"^::error title=rvjax::.*none\.json%?: no baseline", out, re.MULTILINE), out
@@ -194,7 +194,7 @@ def test_the_worst_sample_of_a_requirement(made: Callable[..., Path], tmp_path: 
     the last chunk only, a class that is not kept to, or that is another requirement's."""
     folder = RunFolder.open(made(tmp_path / "run", 900, (0.97, 0.02, 0.01), kept=0))
     assert len(folder.chunks) == 4
-    monkeypatch.setattr("rvjax.results.folder.neighbours", lambda chunks: ([one] for one in chunks))
+    monkeypatch.setattr("rvjax.run_folder.folder.neighbours", lambda chunks: ([one] for one in chunks))
     frame = folder.samples().frame.set_index("sample")
     lost = frame.index[frame["outcome"] == "not_finite"]
     mass, fuel = frame["draw.pursuer.mass_kg"], frame["metric.delta_v_m_s"]

@@ -19,7 +19,7 @@ from benchmarks.alarms import (
     most_surely,
     worse_than,
 )
-from rvjax.spec import load
+from rvjax.campaign import load
 from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper
 
 DOCKING, MEASURED = CAMPAIGNS / "docking.yaml", CAMPAIGNS / "measured.yaml"
@@ -28,7 +28,7 @@ DOCKING, MEASURED = CAMPAIGNS / "docking.yaml", CAMPAIGNS / "measured.yaml"
 @pytest.mark.parametrize(("campaign", "gains"), [(DOCKING, GAINS), (MEASURED, OBSERVER_GAINS)], ids=["docking", "measured"])
 def test_the_table_of_gains_has_the_defaults(campaign: Path, gains: Mapping[str, float]) -> None:
     """Kills: a weakened controller that is none, since a default has changed; a gain that is forgotten."""
-    from rvjax.campaign import load as resolve
+    from rvjax.simulation.problem import load as resolve
 
     quantities = resolve(campaign).controller.quantities
     assert {name: quantities[f"gains.{name}"].parts[0].value for name in gains} == gains  # pyright: ignore

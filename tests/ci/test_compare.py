@@ -11,9 +11,9 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from rvjax.compare import compare
+from rvjax.analysis.compare import compare
 from rvjax.errors import UsageError
-from rvjax.results import RunFolder
+from rvjax.run_folder import RunFolder
 from tests.ci.altered import Change, after
 from tests.program import Run
 
@@ -75,7 +75,7 @@ def test_a_margin_is_missed_as_seldom_as_promised() -> None:
 def test_fail_is_as_rare_where_b_alone_never_succeeds() -> None:
     """P(FAIL) at a difference of just the margin, 300 pairs of which 1 % comply with A alone, none with B alone, where the score
     test by itself is wrong too often. Kills: FAIL without the exact bound."""
-    from rvjax.compare import _p_worse
+    from rvjax.analysis.compare import _p_worse
     from rvjax.stats import Pairs
 
     n, margin = 300, 0.01

@@ -11,12 +11,12 @@ import pandas as pd
 import pytest
 from markdown_it import MarkdownIt
 
-from rvjax.basis import Independent
-from rvjax.check import Verdict, judge_all
-from rvjax.ci import github
-from rvjax.ci.junit import junit, of_verdicts
+from rvjax.analysis.verdicts import Verdict, judge_all
+from rvjax.campaign import Requirement
 from rvjax.errors import Finding, visible
-from rvjax.spec import Requirement
+from rvjax.report.ci import github
+from rvjax.report.ci.junit import junit, of_verdicts
+from rvjax.stats.sampling_design import Independent
 from tests.program import Run
 from tests.reliability.texts import texts
 from tests.short import CAMPAIGN, SHORT

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
+from rvjax.campaign.overrides import override
+from rvjax.campaign.source import read
 from rvjax.pytest_plugin import CAMPAIGN as MARK
 from rvjax.pytest_plugin import folder_name
-from rvjax.spec.overrides import override
-from rvjax.spec.source import read
 from tests.short import CAMPAIGN, SHORT
 
 REQUIRE = (
@@ -24,7 +24,7 @@ REQUIRE = (
 WATCH = """import os, sys
 def pytest_unconfigure():
     with open(f"heavy-{os.getpid()}.txt", "w") as file:
-        file.write(" ".join(sorted({"jax", "rvjax.run"} & set(sys.modules))))
+        file.write(" ".join(sorted({"jax", "rvjax.execution.run"} & set(sys.modules))))
 """
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from scipy import stats
 
-from rvjax.planning import of_requirement, plan
-from rvjax.spec import Requirement
+from rvjax.analysis.sample_size import of_requirement, plan
+from rvjax.campaign import Requirement
 from tests.program import Run
 from tests.short import CAMPAIGN
 

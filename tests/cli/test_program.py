@@ -15,9 +15,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from rvjax.batch import LANES
 from rvjax.cli import app
-from rvjax.results import RunFolder
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.batch import LANES
 from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
 from tests.spec.corpus import bad_files
@@ -114,7 +114,7 @@ def test_run_ends_with_the_verdict(rvjax: Run, tmp_path: Path, monkeypatch: pyte
     assert str(tmp_path / "run" / "report.html") in out
     assert "flying 40 of 40 samples" in err
     assert (tmp_path / "run" / "report.html").stat().st_size > 100_000
-    monkeypatch.setattr("rvjax.sections.SECTIONS", ())
+    monkeypatch.setattr("rvjax.report.sections.SECTIONS", ())
     assert ended("metric: captured, at_least: 0.9999")[0] == 3
     code, out, _ = ended("metric: delta_v_m_s, above: 1.0e+6, at_least: 0.5", "--quiet")
     assert code == 1

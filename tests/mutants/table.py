@@ -18,7 +18,7 @@ class Mutant(NamedTuple):
     killer: str
 
 
-DYNAMICS, ADAPTIVE = "dynamics.py", "controllers/saturated_adaptive.py"
+DYNAMICS, ADAPTIVE = "physics/dynamics.py", "components/controllers/saturated_adaptive.py"
 RATES = "test_dynamics.py::test_rates_are_those_of_the_absolute_motion"
 MOMENTUM = "test_dynamics.py::test_momentum_follows_from_the_torque_alone"
 TARGET = "test_dynamics.py::test_the_target_is_free"
@@ -36,7 +36,7 @@ NORMAL = "test_noise.py::test_the_numbers_are_normal"
 APART = "test_noise.py::test_numbers_depend_on_nothing_of_each_other"
 COLOURED = "test_noise.py::test_coloured_noise_has_its_variance_and_correlation"
 OU, DRAG, J2 = (f"disturbances/{name}.py" for name in ("ornstein_uhlenbeck", "differential_drag", "j2_difference"))
-PULSE, TABLE = "disturbances/plume_pulse.py", "disturbances/table.py"
+PULSE, TABLE = "components/disturbances/plume_pulse.py", "components/disturbances/table.py"
 TWO_IN_AIR = "test_disturbances.py::test_drag_is_that_of_two_bodies_in_inertial_space"
 TWO_PULLED = "test_disturbances.py::test_j2_is_that_of_two_bodies_in_inertial_space"
 PULSES = "test_disturbances.py::test_a_pulse_has_its_impulse_its_height_and_its_times"
@@ -45,9 +45,9 @@ ORDER = "test_navigation.py::test_errors_act_in_the_order_of_the_campaign"
 WHITE = "test_navigation.py::test_noise_is_white_and_of_its_size"
 BIAS = "test_navigation.py::test_a_bias_is_the_one_that_was_drawn"
 GYRO = "test_navigation.py::test_the_bias_of_a_gyro_wanders_by_the_root_of_time"
-SLIDING, NOMINAL = "controllers/sliding_mode.py", "controllers/nominal_backstepping.py"
-WINDUP, FILTERED = "controllers/anti_windup.py", "controllers/command_filtered.py"
-OBSERVER = "controllers/disturbance_observer.py"
+SLIDING, NOMINAL = "components/controllers/sliding_mode.py", "components/controllers/nominal_backstepping.py"
+WINDUP, FILTERED = "components/controllers/anti_windup.py", "components/controllers/command_filtered.py"
+OBSERVER = "components/controllers/disturbance_observer.py"
 LAYER = "test_baselines.py::test_the_sliding_variable_falls_to_its_boundary_layer"
 PROOF = "test_baselines.py::test_nominal_backstepping_falls_as_its_proof_says"
 CLIP = "test_baselines.py::test_nominal_backstepping_stays_inside_the_nominal_limits_and_winds_up"
@@ -58,7 +58,7 @@ COMPENSATED = "test_baselines.py::test_compensated_errors_know_of_neither_filter
 LAG = "test_baselines.py::test_disturbance_observer_is_a_first_order_lag"
 FOUND = "test_baselines.py::test_a_constant_disturbance_is_found_at_the_observers_rate"
 BY_HAND = "test_sampling.py::test_a_sampled_flight_is_the_one_written_by_hand"
-MARGINS = "margins.py"
+MARGINS = "simulation/temporal_margins.py"
 DEFINITION = "test_margins.py::test_folds_are_the_definition_on_random_traces"
 OF_ITS_TRACE = "test_margins.py::test_a_flight_has_the_margins_of_its_trace"
 
@@ -66,7 +66,7 @@ MUTANTS = (
     # plant
     Mutant("sign of Ω×JΩ", DYNAMICS, "wrench.torque - gyro", "wrench.torque + gyro", MOMENTUM),
     Mutant("J for J⁻¹", DYNAMICS, "apply(plant.inertia_inverse, wrench", "apply(plant.inertia, wrench", MOMENTUM),
-    Mutant("R for Rᵀ", "algebra.py", "c = -4.0 * (1.0 - s2) * scale", "c = 4.0 * (1.0 - s2) * scale", ROTATION),
+    Mutant("R for Rᵀ", "physics/vectors.py", "c = -4.0 * (1.0 - s2) * scale", "c = 4.0 * (1.0 - s2) * scale", ROTATION),
     Mutant(
         "no ω_t×(ω_t×δ)", DYNAMICS, "cross(alpha_t, port) + cross(target.w, cross(target.w, port))", "cross(alpha_t, port)", RATES
     ),
@@ -98,18 +98,18 @@ MUTANTS = (
         "cross(apply(inertia, unit), unit)",
         "test_dynamics.py::test_gravity_gradient_is_the_moment_of_gravity",
     ),
-    Mutant("factor of G(σ)", "algebra.py", "+ cross(sigma, omega) * 2.0 +", "+ cross(sigma, omega) +", ROTATION),
-    Mutant("shadow without its sign", "algebra.py", "s2 > 1.0, -1.0 / s2, 1.0", "s2 > 1.0, 1.0 / s2, 1.0", ROTATION),
+    Mutant("factor of G(σ)", "physics/vectors.py", "+ cross(sigma, omega) * 2.0 +", "+ cross(sigma, omega) +", ROTATION),
+    Mutant("shadow without its sign", "physics/vectors.py", "s2 > 1.0, -1.0 / s2, 1.0", "s2 > 1.0, 1.0 / s2, 1.0", ROTATION),
     Mutant(
         "shadow inside the step",
-        "algebra.py",
+        "physics/vectors.py",
         "    s2 = dot(sigma, sigma)\n    return (omega",
         "    sigma = shadow(sigma)\n    s2 = dot(sigma, sigma)\n    return (omega",
         "test_oracle.py::test_attitude_is_continuous_across_the_shadow_switch",
     ),
     Mutant(
         "no shadow switch",
-        "flight.py",
+        "simulation/flight.py",
         "    y = closed_loop.between_steps(y)\n",
         "",
         "test_oracle.py::test_attitude_is_continuous_across_the_shadow_switch",
@@ -117,42 +117,50 @@ MUTANTS = (
     # integration and metrics
     Mutant(
         "weights of RK4",
-        "rk4.py",
+        "simulation/rk4.py",
         "(p + 2.0 * (q + r) + s)",
         "(2.0 * p + q + r + 2.0 * s)",
         "test_flight.py::test_rk4_is_exact_for_cubics_and_no_further",
     ),
     Mutant(
         "last stage of RK4 at the middle",
-        "rk4.py",
+        "simulation/rk4.py",
         "rate(t + h, along(y, h, k3))",
         "rate(t + 0.5 * h, along(y, h, k3))",
         "test_flight.py::test_rk4_is_exact_for_cubics_and_no_further",
     ),
-    Mutant("first weight of the trapezoid", "flight.py", "jnp.where(k == 0, 0.5, 1.0)", "1.0", FOLDS),
+    Mutant("first weight of the trapezoid", "simulation/flight.py", "jnp.where(k == 0, 0.5, 1.0)", "1.0", FOLDS),
     Mutant(
-        "last weight of the trapezoid", "flight.py", "weight = 0.5 * drawn.rules.step_s", "weight = drawn.rules.step_s", FOLDS
+        "last weight of the trapezoid",
+        "simulation/flight.py",
+        "weight = 0.5 * drawn.rules.step_s",
+        "weight = drawn.rules.step_s",
+        FOLDS,
     ),
     Mutant(
         "Rρ for Rᵀρ in the corridor",
-        "metrics/approach.py",
+        "components/metrics/approach.py",
         "rho = rotate_back(rotation(step.motion.sigma), step",
         "rho = rotate_back(rotation(-step.motion.sigma), step",
         FOLDS,
     ),
     Mutant(
         "limit of the other side in the duty",
-        "metrics/saturation.py",
+        "components/metrics/saturation.py",
         "jnp.where(h >= 0, up, low), step",
         "jnp.where(h < 0, up, low), step",
         FOLDS,
     ),
     Mutant(
-        "settled one step early", "metrics/tubes.py", "jnp.maximum(last + rules.step_s, 0.0)", "jnp.maximum(last, 0.0)", FOLDS
+        "settled one step early",
+        "components/metrics/convergence.py",
+        "jnp.maximum(last + rules.step_s, 0.0)",
+        "jnp.maximum(last, 0.0)",
+        FOLDS,
     ),
     Mutant(
         "loss not remembered",
-        "flight.py",
+        "simulation/flight.py",
         "lost = jnp.minimum(carry.lost_s, ",
         "lost = jnp.maximum(0.0, ",
         "test_flight.py::test_lost_samples_are_reported_and_disturb_nobody",
@@ -160,99 +168,113 @@ MUTANTS = (
     # actuators
     Mutant(
         "fault before its onset",
-        "faults/interface.py",
+        "components/faults/interface.py",
         "lambda onset: t >= onset",
         "lambda onset: t < onset",
         ONSET,
     ),
-    Mutant("sign of the bias", "faults/bias.py", "u + numbers.share * upper", "u - numbers.share * upper", ONSET),
+    Mutant("sign of the bias", "components/faults/bias.py", "u + numbers.share * upper", "u - numbers.share * upper", ONSET),
     Mutant(
         "lost phase of the disturbance",
-        "disturbances/sinusoid.py",
+        "components/disturbances/sinusoid.py",
         "a * sin(w * t + phi)",
         "a * sin(w * t)",
         "test_flight.py::test_disturbances_are_as_drawn",
     ),
     Mutant(
         "swapped limits of the tanh",
-        "saturation.py",
+        "physics/saturation.py",
         "    limit = jnp.where(v >= 0, upper, lower)\n    share",
         "    limit = jnp.where(v >= 0, lower, upper)\n    share",
         "test_saturation.py::test_each_side_reaches_its_own_limit",
     ),
     Mutant(
         "slope of the erf",
-        "saturation.py",
+        "physics/saturation.py",
         "jnp.exp(-x * x)",
         "jnp.exp(-2.0 * x * x)",
         "test_saturation.py::test_value_and_slope",
     ),
     # controller
-    Mutant("cosine half a turn off", "elementary.py", "return -_alternate(half)", "return _alternate(half)", SINE),
-    Mutant("a part of π/2 missing", "elementary.py", "6.123233932053594e-17, ", "", SINE),
-    Mutant("a term of the sine missing", "elementary.py", "        2.7314368769379893e-15,\n", "", SINE),
-    Mutant("sign of the Nussbaum gain", "nussbaum.py", "return jnp.exp(chi * chi) *", "return -jnp.exp(chi * chi) *", NUSSBAUM),
-    Mutant("sine for cosine in the Nussbaum gain", "nussbaum.py", "chi * chi * cos(chi)", "chi * chi * jnp.sin(chi)", NUSSBAUM),
-    Mutant("sign of Levant's first gain", "differentiator.py", "z1 - 1.5 *", "z1 + 1.5 *", DERIVATIVE),
-    Mutant("sign of Levant's second gain", "differentiator.py", "-1.1 * bound", "1.1 * bound", DERIVATIVE),
+    Mutant("cosine half a turn off", "physics/fast_trig.py", "return -_alternate(half)", "return _alternate(half)", SINE),
+    Mutant("a part of π/2 missing", "physics/fast_trig.py", "6.123233932053594e-17, ", "", SINE),
+    Mutant("a term of the sine missing", "physics/fast_trig.py", "        2.7314368769379893e-15,\n", "", SINE),
+    Mutant(
+        "sign of the Nussbaum gain",
+        "physics/nussbaum.py",
+        "return jnp.exp(chi * chi) *",
+        "return -jnp.exp(chi * chi) *",
+        NUSSBAUM,
+    ),
+    Mutant(
+        "sine for cosine in the Nussbaum gain",
+        "physics/nussbaum.py",
+        "chi * chi * cos(chi)",
+        "chi * chi * jnp.sin(chi)",
+        NUSSBAUM,
+    ),
+    Mutant("sign of Levant's first gain", "physics/differentiators.py", "z1 - 1.5 *", "z1 + 1.5 *", DERIVATIVE),
+    Mutant("sign of Levant's second gain", "physics/differentiators.py", "-1.1 * bound", "1.1 * bound", DERIVATIVE),
     Mutant("sign of K₃", ADAPTIVE, "- z3 * gains.k3", "+ z3 * gains.k3", IDENTITY),
     Mutant("sign of κ", ADAPTIVE, "* wanted - state.v * gains.kappa", "* wanted + state.v * gains.kappa", IDENTITY),
     Mutant("sign of χ̇", ADAPTIVE, "chi=z3 / limit", "chi=-z3 / limit", IDENTITY),
     Mutant("no α̂̇₂", ADAPTIVE, "gains.kappa + derivative -", "gains.kappa -", IDENTITY),
     Mutant(
         "sign of the adaptation of m̂",
-        "backstepping.py",
+        "physics/backstepping.py",
         "gains.gamma_mass * mass_rate",
         "-gains.gamma_mass * mass_rate",
         GRADIENT,
     ),
-    Mutant("sign of D̂ in α₂", "backstepping.py", "return bound * z / reach", "return -bound * z / reach", GRADIENT),
+    Mutant("sign of D̂ in α₂", "physics/backstepping.py", "return bound * z / reach", "return -bound * z / reach", GRADIENT),
     Mutant(
         "sign of Ω×JΩ in Yθ",
-        "backstepping.py",
+        "physics/backstepping.py",
         "now.turn) - cross(now.omega, apply",
         "now.turn) + cross(now.omega, apply",
         LINEAR,
     ),
-    Mutant("sign of α̇_ν", "backstepping.py", "motion.nu) - alpha1_rate.force", "motion.nu) + alpha1_rate.force", LINEAR),
+    Mutant("sign of α̇_ν", "physics/backstepping.py", "motion.nu) - alpha1_rate.force", "motion.nu) + alpha1_rate.force", LINEAR),
     Mutant(
         "no Ω×ρ in α̇_ν",
-        "backstepping.py",
+        "physics/backstepping.py",
         "rho_rate = seen.motion.nu - cross(known.omega_p, rho)",
         "rho_rate = seen.motion.nu",
         LINEAR,
     ),
     Mutant(
         "sign of Yᵀ",
-        "backstepping.py",
+        "physics/backstepping.py",
         "symmetric_gradient(cross(now.omega, z.torque)",
         "symmetric_gradient(cross(z.torque, now.omega)",
         "test_adaptation.py::test_gradient_of_the_model",
     ),
     Mutant(
         "projection at the other side",
-        "backstepping.py",
+        "physics/backstepping.py",
         "(x >= high) & (rate > 0)",
         "(x >= high) & (rate < 0)",
         "test_adaptation.py::test_projection_stops_at_the_bounds_only",
     ),
     Mutant(
         "feed-forward of PD+",
-        "controllers/pd_plus.py",
+        "components/controllers/pd_plus.py",
         "-known.alpha - motion.sigma",
         "known.alpha - motion.sigma",
         "test_adaptation.py::test_pd_plus_lyapunov_function_falls",
     ),
     # noise
-    Mutant("ln u without its factor", "noise.py", "np.float32(-2.0)", "np.float32(-1.0)", NORMAL),
-    Mutant("half a turn", "noise.py", "np.float32(2.0 * math.pi * 2.0**-32)", "np.float32(math.pi * 2.0**-32)", NORMAL),
-    Mutant("one word for two numbers", "noise.py", "second.astype", "first.astype", APART),
-    Mutant("the component is not counted", "noise.py", "(step, jnp.uint32(j))", "(step, jnp.uint32(0))", APART),
-    Mutant("the step is not counted", "noise.py", "(step, jnp.uint32(j))", "(step * 0, jnp.uint32(j))", APART),
-    Mutant("a key that is half read", "noise.py", "words = ((a << 16) | b, (c << 16) | d)", "words = (d * 0, d * 0)", APART),
+    Mutant("ln u without its factor", "physics/noise.py", "np.float32(-2.0)", "np.float32(-1.0)", NORMAL),
+    Mutant("half a turn", "physics/noise.py", "np.float32(2.0 * math.pi * 2.0**-32)", "np.float32(math.pi * 2.0**-32)", NORMAL),
+    Mutant("one word for two numbers", "physics/noise.py", "second.astype", "first.astype", APART),
+    Mutant("the component is not counted", "physics/noise.py", "(step, jnp.uint32(j))", "(step, jnp.uint32(0))", APART),
+    Mutant("the step is not counted", "physics/noise.py", "(step, jnp.uint32(j))", "(step * 0, jnp.uint32(j))", APART),
+    Mutant(
+        "a key that is half read", "physics/noise.py", "words = ((a << 16) | b, (c << 16) | d)", "words = (d * 0, d * 0)", APART
+    ),
     Mutant(
         "a round less",
-        "noise.py",
+        "physics/noise.py",
         "for group in range(5)",
         "for group in range(4)",
         "test_noise.py::test_the_generator_is_the_published_one",
@@ -327,8 +349,14 @@ MUTANTS = (
     Mutant("a boundary layer that multiplies", SLIDING, "now.z2 / Channels", "now.z2 * Channels", LAYER),
     Mutant("an unbounded switching term", SLIDING, "each(lambda x: jnp.clip(x, -1.0, 1.0), depth)", "depth", LAYER),
     Mutant("no feed-forward", SLIDING, "-(model(now, *nominal(gains)) + reach", "-(reach", LAYER),
-    Mutant("sign of Cα₁", "backstepping.py", "return -Channels.pair(gains.c_force", "return Channels.pair(gains.c_force", PROOF),
-    Mutant("no K₂z₂", "backstepping.py", "(feedback(now.z2, gains) + first_error", "(first_error", PROOF),
+    Mutant(
+        "sign of Cα₁",
+        "physics/backstepping.py",
+        "return -Channels.pair(gains.c_force",
+        "return Channels.pair(gains.c_force",
+        PROOF,
+    ),
+    Mutant("no K₂z₂", "physics/backstepping.py", "(feedback(now.z2, gains) + first_error", "(first_error", PROOF),
     Mutant("clip at swapped limits", NOMINAL, "-seen.lower, seen.upper)", "-seen.upper, seen.lower)", CLIP),
     Mutant("no clip", NOMINAL, "each(jnp.clip, wanted, -seen.lower, seen.upper)", "wanted", CLIP),
     Mutant("adaptation that stands still", NOMINAL, "adaptation(now, now.z2,", "adaptation(now, now.z2 * 0.0,", PROOF),
@@ -366,75 +394,83 @@ MUTANTS = (
     # navigation
     Mutant(
         "sign in compose",
-        "algebra.py",
+        "physics/vectors.py",
         "- cross(a, b) * 2.0) / (1.0",
         "+ cross(a, b) * 2.0) / (1.0",
         "test_dynamics.py::test_rotations_are_composed",
     ),
     Mutant(
         "an attitude's error in T",
-        "navigation/interface.py",
+        "components/navigation/interface.py",
         'compose(errors["attitude_rad"] * 0.25, sigma)',
         'compose(sigma, errors["attitude_rad"] * 0.25)',
         BIAS,
     ),
-    Mutant("an angle as an MRP", "navigation/interface.py", 'errors["attitude_rad"] * 0.25', 'errors["attitude_rad"]', WHITE),
-    Mutant("noise that stands", "navigation/noise.py", "numbers.noise, tick.k, 3", "numbers.noise, tick.k * 0, 3", WHITE),
+    Mutant(
+        "an angle as an MRP",
+        "components/navigation/interface.py",
+        'errors["attitude_rad"] * 0.25',
+        'errors["attitude_rad"]',
+        WHITE,
+    ),
+    Mutant(
+        "noise that stands", "components/navigation/noise.py", "numbers.noise, tick.k, 3", "numbers.noise, tick.k * 0, 3", WHITE
+    ),
     Mutant(
         "noise that moves up",
-        "navigation/noise.py",
+        "components/navigation/noise.py",
         "for place, name in enumerate(MEASURED)}",
         "for place, name in enumerate(memory)}",
         "test_navigation.py::test_what_is_not_named_is_exact_and_changes_nothing_else",
     ),
-    Mutant("q h for q √h", "navigation/gyro_drift.py", "jnp.sqrt(tick.h)", "tick.h", GYRO),
+    Mutant("q h for q √h", "components/navigation/gyro_drift.py", "jnp.sqrt(tick.h)", "tick.h", GYRO),
     Mutant(
         "a gyro that wanders before the flight",
-        "navigation/gyro_drift.py",
+        "components/navigation/gyro_drift.py",
         "jnp.where(tick.k == 0, 0.0, jnp.sqrt(tick.h))",
         "jnp.sqrt(tick.h)",
         GYRO,
     ),
     Mutant(
         "a step less of delay",
-        "navigation/delay.py",
+        "components/navigation/delay.py",
         "return memory[-1]",
         "return memory[-2]",
         "test_navigation.py::test_a_delay_is_exact",
     ),
     Mutant(
         "an error that is given the true motion",
-        "closed_loop.py",
+        "simulation/closed_loop.py",
         "one.keep(tick, motion, memory, own)",
         "one.keep(tick, drawn.motion, memory, own)",
         ORDER,
     ),
     Mutant(
         "a start on the true motion",
-        "closed_loop.py",
+        "simulation/closed_loop.py",
         "seen(tick.t, first, drawn.target",
         "seen(tick.t, motion, drawn.target",
         "test_navigation.py::test_the_controller_starts_on_what_it_sees",
     ),
     # sampled control
-    Mutant("a command at every step", "closed_loop.py", "tick.k % loop.sampling == 0", "tick.k >= 0", BY_HAND),
+    Mutant("a command at every step", "simulation/closed_loop.py", "tick.k % loop.sampling == 0", "tick.k >= 0", BY_HAND),
     Mutant(
         "an own state that sees the present",
-        "closed_loop.py",
+        "simulation/closed_loop.py",
         "loop.law.respond(looked, own",
         "loop.law.respond(view, own",
         BY_HAND,
     ),
     Mutant(
         "a command of the present within a step",
-        "closed_loop.py",
+        "simulation/closed_loop.py",
         "due = False if tick",
         "due = True if tick",
         "test_sampling.py::test_a_command_stands_between_two_instants",
     ),
     Mutant(
         "a look that comes late",
-        "closed_loop.py",
+        "simulation/closed_loop.py",
         "looked = seen(last.t, last.motion",
         "looked = seen(last.t, control.motion",
         BY_HAND,
@@ -505,21 +541,21 @@ MUTANTS = (
     ),
     Mutant(
         "the limit of the other side",
-        "signals.py",
+        "simulation/signals.py",
         "jnp.where(h >= 0.0, upper, lower)",
         "jnp.where(h >= 0.0, lower, upper)",
         OF_ITS_TRACE,
     ),
     Mutant(
         "a fold without the last step",
-        "flight.py",
+        "simulation/flight.py",
         "folds = fold(metrics, carry.folds, observe(evaluate, drawn, carry, k), weight, drawn)",
         "folds = carry.folds",
         OF_ITS_TRACE,
     ),
     Mutant(
         "speed away from the target",
-        "signals.py",
+        "simulation/signals.py",
         "return -dot(step.motion.rho",
         "return dot(step.motion.rho",
         "test_margins.py::test_the_closing_speed_is_the_rate_of_the_distance",

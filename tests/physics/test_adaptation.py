@@ -12,14 +12,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rvjax import backstepping, closed_loop
-from rvjax.algebra import Channels, Symmetric, Vector, dot
 from rvjax.columns import CHANNELS
-from rvjax.controllers import pd_plus, saturated_adaptive
-from rvjax.differentiator import DIFFERENTIATORS
-from rvjax.nussbaum import GAINS
-from rvjax.saturation import SATURATIONS, saturate
-from rvjax.state import Numbers, Seen
+from rvjax.components.controllers import pd_plus, saturated_adaptive
+from rvjax.physics import backstepping
+from rvjax.physics.differentiators import DIFFERENTIATORS
+from rvjax.physics.nussbaum import GAINS
+from rvjax.physics.saturation import SATURATIONS, saturate
+from rvjax.physics.state import Numbers, Seen
+from rvjax.physics.vectors import Channels, Symmetric, Vector, dot
+from rvjax.simulation import closed_loop
 from tests import flights
 from tests.flights import Recorder
 

@@ -11,19 +11,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from rvjax import backstepping, closed_loop, rk4
-from rvjax.algebra import Channels, Symmetric, Vector, dot, each, mrp_rate
-from rvjax.controllers import (
-    anti_windup,
-    command_filtered,
-    disturbance_observer,
-    nominal_backstepping,
-    sliding_mode,
-)
-from rvjax.dynamics import relative
-from rvjax.family import component, members
-from rvjax.saturation import SATURATIONS, saturate
-from rvjax.state import Numbers, State
+from rvjax.components.controllers import anti_windup, command_filtered, disturbance_observer, nominal_backstepping, sliding_mode
+from rvjax.components.registry import component, members
+from rvjax.physics import backstepping
+from rvjax.physics.dynamics import relative
+from rvjax.physics.saturation import SATURATIONS, saturate
+from rvjax.physics.state import Numbers, State
+from rvjax.physics.vectors import Channels, Symmetric, Vector, dot, each, mrp_rate
+from rvjax.simulation import closed_loop, rk4
 from tests import flights
 
 PUSH = Channels.of((0.05, -0.08, 0.06, 0.01, -0.02, 0.015))

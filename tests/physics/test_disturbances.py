@@ -13,12 +13,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from rvjax.algebra import Vector
-from rvjax.campaign import load
-from rvjax.disturbances import j2_difference
-from rvjax.dynamics import MU_EARTH
+from rvjax.components.disturbances import j2_difference
 from rvjax.errors import CampaignError
-from rvjax.state import Motion, State, TargetMotion, Tick
+from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.state import Motion, State, TargetMotion, Tick
+from rvjax.physics.vectors import Vector
+from rvjax.simulation.problem import load
 from tests import flights
 from tests.members import ROWS, array, built, known, scene
 from tests.short import CAMPAIGN

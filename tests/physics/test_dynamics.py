@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
-from rvjax import algebra, columns, dynamics
-from rvjax.algebra import Channels, Symmetric, Vector
-from rvjax.closed_loop import Drawn
-from rvjax.state import Motion
+from rvjax import columns
+from rvjax.physics import dynamics, vectors
+from rvjax.physics.state import Motion
+from rvjax.physics.vectors import Channels, Symmetric, Vector
+from rvjax.simulation.closed_loop import Drawn
 from tests import flights
 from tests.flights import Recorder
 from tests.oracles import absolute
@@ -35,7 +36,7 @@ def array(v: Any) -> NDArray[np.float64]:
     return np.array([float(part) for part in v.parts()])
 
 
-def dcm(r: algebra.Rotation) -> NDArray[np.float64]:
+def dcm(r: vectors.Rotation) -> NDArray[np.float64]:
     return np.array([array(row) for row in (r.a, r.b, r.c)])
 
 
@@ -208,15 +209,15 @@ def test_rotation_agrees_with_scipy(sigma: NDArray[np.float64]) -> None:
     Kills: R for Rᵀ, a sign or factor of G(σ), the sign of the shadow.
     """
     s, omega = Vector(*sigma), Vector(0.3, -0.2, 0.5)
-    r = dcm(algebra.rotation(s))
+    r = dcm(vectors.rotation(s))
     np.testing.assert_allclose(r, Rotation.from_mrp(sigma).as_matrix().T, atol=1e-14)
     v = Vector(1.0, -2.0, 3.0)
-    np.testing.assert_allclose(array(algebra.rotate(algebra.rotation(s), v)), r @ array(v), atol=1e-14)
-    np.testing.assert_allclose(array(algebra.rotate_back(algebra.rotation(s), v)), r.T @ array(v), atol=1e-14)
-    _, turning = jax.jvp(algebra.rotation, (s,), (algebra.mrp_rate(s, omega),))
+    np.testing.assert_allclose(array(vectors.rotate(vectors.rotation(s), v)), r @ array(v), atol=1e-14)
+    np.testing.assert_allclose(array(vectors.rotate_back(vectors.rotation(s), v)), r.T @ array(v), atol=1e-14)
+    _, turning = jax.jvp(vectors.rotation, (s,), (vectors.mrp_rate(s, omega),))
     np.testing.assert_allclose(dcm(turning), -np.cross(array(omega), r, axisb=0, axisc=0), atol=1e-13)
-    shadow = algebra.shadow(s)
-    np.testing.assert_allclose(dcm(algebra.rotation(shadow)), r, atol=1e-13)
+    shadow = vectors.shadow(s)
+    np.testing.assert_allclose(dcm(vectors.rotation(shadow)), r, atol=1e-13)
     assert np.linalg.norm(array(shadow)) <= 1.0
     if np.linalg.norm(sigma) <= 1.0:
         np.testing.assert_array_equal(array(shadow), sigma)
@@ -229,19 +230,19 @@ def test_rotations_are_composed(a: NDArray[np.float64], b: NDArray[np.float64]) 
     Kills: R(b) R(a), the sign of a×b, of aᵀb, a factor.
     """
     both = Rotation.from_mrp(b) * Rotation.from_mrp(a)  # SciPy's turn vectors, R their frame
-    found = array(algebra.compose(Vector(*a), Vector(*b)))
+    found = array(vectors.compose(Vector(*a), Vector(*b)))
     assert (Rotation.from_mrp(found).inv() * both).magnitude() <= 1e-14
-    np.testing.assert_allclose(dcm(algebra.rotation(Vector(*found))), both.as_matrix().T, atol=1e-14)
-    np.testing.assert_array_equal(array(algebra.compose(Vector(0.0, 0.0, 0.0), Vector(*b))), b)
+    np.testing.assert_allclose(dcm(vectors.rotation(Vector(*found))), both.as_matrix().T, atol=1e-14)
+    np.testing.assert_array_equal(array(vectors.compose(Vector(0.0, 0.0, 0.0), Vector(*b))), b)
 
 
 @pytest.mark.parametrize("sigma", SIGMAS)
 def test_lyapunov_identities(sigma: NDArray[np.float64]) -> None:
     """d/dt 2 ln(1+σᵀσ) = σᵀω and ρᵀ(Ω×ρ) = 0; kills a factor of G(σ) and a sign in the cross product."""
     s, omega, rho = Vector(*sigma), Vector(0.3, -0.2, 0.5), Vector(11.0, -7.0, 5.0)
-    _, growth = jax.jvp(lambda x: 2.0 * jnp.log1p(algebra.dot(x, x)), (s,), (algebra.mrp_rate(s, omega),))
-    assert float(growth) == pytest.approx(float(algebra.dot(s, omega)), rel=1e-12, abs=1e-14)
-    assert abs(float(algebra.dot(rho, algebra.cross(omega, rho)))) <= 1e-13
+    _, growth = jax.jvp(lambda x: 2.0 * jnp.log1p(vectors.dot(x, x)), (s,), (vectors.mrp_rate(s, omega),))
+    assert float(growth) == pytest.approx(float(vectors.dot(s, omega)), rel=1e-12, abs=1e-14)
+    assert abs(float(vectors.dot(rho, vectors.cross(omega, rho)))) <= 1e-13
 
 
 @pytest.mark.parametrize("lane", LANES)
@@ -250,9 +251,9 @@ def test_algebra_of_inertia(drawn: Drawn, lane: int) -> None:
     j = flights.lane(drawn.plant.inertia, lane)
     a, b = Vector(1.0, -2.0, 3.0), Vector(0.5, 4.0, -1.0)
     full = np.array(flights.matrix(j))
-    np.testing.assert_allclose(array(algebra.apply(j, a)), full @ array(a), rtol=1e-14)
-    np.testing.assert_allclose(array(algebra.apply(algebra.inverse(j), a)), np.linalg.solve(full, array(a)), rtol=1e-13)
-    np.testing.assert_allclose(array(algebra.cross(a, b)), np.cross(array(a), array(b)), rtol=1e-15)
+    np.testing.assert_allclose(array(vectors.apply(j, a)), full @ array(a), rtol=1e-14)
+    np.testing.assert_allclose(array(vectors.apply(vectors.inverse(j), a)), np.linalg.solve(full, array(a)), rtol=1e-13)
+    np.testing.assert_allclose(array(vectors.cross(a, b)), np.cross(array(a), array(b)), rtol=1e-15)
 
 
 def test_motion_has_the_four_errors_in_order() -> None:

@@ -11,9 +11,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from rvjax import elementary
+from rvjax.physics import fast_trig
 
-FUNCTIONS: tuple[tuple[str, Callable[[Any], Any]], ...] = (("sin", elementary.sin), ("cos", elementary.cos))
+FUNCTIONS: tuple[tuple[str, Callable[[Any], Any]], ...] = (("sin", fast_trig.sin), ("cos", fast_trig.cos))
 
 
 @pytest.fixture(autouse=True)
@@ -53,22 +53,22 @@ def test_beyond_its_range_it_stays_a_sine() -> None:
         far = np.asarray(function(jnp.asarray([1e9, -1e12, 1e16, -1e100, 1e300])))
         assert np.all(np.abs(far) <= 1.0)
         assert np.isnan(np.asarray(function(jnp.asarray([np.nan, np.inf, -np.inf])))).all()
-    near = float(elementary.sin(jnp.asarray(1e12)))
+    near = float(fast_trig.sin(jnp.asarray(1e12)))
     assert near == pytest.approx(float(mpmath.sin(mpmath.mpf(10) ** 12)), abs=np.spacing(1e12))
 
 
 def test_derivatives_are_those_of_the_functions() -> None:
     """Gradients go through the reduction; kills a reduction that is differentiated as if q moved with x."""
     x = jnp.linspace(-20.0, 20.0, 401)
-    np.testing.assert_allclose(jax.vmap(jax.grad(elementary.sin))(x), np.cos(x), rtol=0.0, atol=1e-13)
-    np.testing.assert_allclose(jax.vmap(jax.grad(elementary.cos))(x), -np.sin(x), rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(jax.vmap(jax.grad(fast_trig.sin))(x), np.cos(x), rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(jax.vmap(jax.grad(fast_trig.cos))(x), -np.sin(x), rtol=0.0, atol=1e-13)
 
 
 @pytest.mark.filterwarnings("ignore:Descending:DeprecationWarning")  # mpmath 1.4 has another order to offer
 @pytest.mark.parametrize(("tables", "tolerance"), [("_FLOAT64", 1e-15), ("_FLOAT32", 1e-7)])
 def test_where_the_numbers_come_from(tables: str, tolerance: float) -> None:
     """P is the Chebyshev fit of (sin r/r − 1)/r² in r²; the parts add up to π/2 and are short."""
-    parts, fit = getattr(elementary, tables)
+    parts, fit = getattr(fast_trig, tables)
 
     def wanted(square: Any) -> Any:
         r = mpmath.sqrt(square)

@@ -11,10 +11,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rvjax.algebra import Channels
-from rvjax.family import component, members
-from rvjax.faults.interface import Fault
-from rvjax.state import Numbers, Tick
+from rvjax.components.faults.interface import Fault
+from rvjax.components.registry import component, members
+from rvjax.physics.state import Numbers, Tick
+from rvjax.physics.vectors import Channels
 
 Array = NDArray[np.float64]
 

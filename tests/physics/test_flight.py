@@ -13,12 +13,12 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from rvjax import process, rk4
-from rvjax.batch import Flown, Flyer
-from rvjax.closed_loop import Drawn
 from rvjax.columns import CHANNELS
-from rvjax.disturbances import gravity_gradient
-from rvjax.state import State
+from rvjax.components.disturbances import gravity_gradient
+from rvjax.physics.state import State
+from rvjax.simulation import jax_config, rk4
+from rvjax.simulation.batch import Flown, Flyer
+from rvjax.simulation.closed_loop import Drawn
 from tests import flights
 from tests.flights import Recorder
 from tests.oracles.absolute import columns, deviation
@@ -180,12 +180,12 @@ def test_what_float32_costs(levant: Recorder) -> None:
     rows = 1200
     drawn = gentle(0.05)
     truth = levant(drawn, 1)
-    process.configure("float32")
+    jax_config.configure("float32")
     try:
         small = jax.tree.map(lambda x: np.asarray(x, np.float32), drawn)
         record = flights.recorder(ADAPTIVE, rows)(small, 1)
     finally:
-        process.configure("float64")
+        jax_config.configure("float64")
     assert all(values.dtype == np.float32 for values in record.values.values())
     apart = deviation(record.traces[0], truth.traces[0].iloc[: rows + 1])
     assert 0.0 < apart.position <= 5e-5, apart

@@ -14,17 +14,17 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from rvjax import tables
-from rvjax.algebra import Vector
-from rvjax.batch import LANES, Flyer
-from rvjax.campaign import Problem, load
+from rvjax.campaign.formula import Formula, Reader
 from rvjax.columns import CHANNELS, Column
-from rvjax.draw import Draws
-from rvjax.margins import folded
-from rvjax.metrics.interface import Rules
-from rvjax.replay import trace as flown_again
-from rvjax.signals import Signal, derived, recorded
-from rvjax.spec.formula import Formula, Reader
+from rvjax.components.metrics.interface import Rules
+from rvjax.execution.replay import trace as flown_again
+from rvjax.physics.vectors import Vector
+from rvjax.simulation import tables
+from rvjax.simulation.batch import LANES, Flyer
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import Problem, load
+from rvjax.simulation.signals import Signal, derived, recorded
+from rvjax.simulation.temporal_margins import folded
 from tests.oracles.absolute import columns
 from tests.oracles.stl import Trace, holds, margin, state_margin
 from tests.short import CAMPAIGN, SHORT

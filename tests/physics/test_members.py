@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from rvjax.algebra import Channels
-from rvjax.family import component, members
-from rvjax.state import Motion, Tick
+from rvjax.components.registry import component, members
+from rvjax.physics.state import Motion, Tick
+from rvjax.physics.vectors import Channels
 from tests import flights
 from tests.members import OWN, built, known, scene
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 from scipy.spatial.transform import Rotation
 
-from rvjax.closed_loop import Drawn
 from rvjax.columns import CHANNELS
+from rvjax.simulation.closed_loop import Drawn
 from tests import flights
 from tests.flights import Recorder
 from tests.oracles.absolute import columns

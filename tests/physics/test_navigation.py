@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
-from rvjax import closed_loop, flight, tables
-from rvjax.algebra import Vector
-from rvjax.state import Motion, Tick
+from rvjax.physics.state import Motion, Tick
+from rvjax.physics.vectors import Vector
+from rvjax.simulation import closed_loop, flight, tables
 from tests import flights
 from tests.members import array, built, scene
 

@@ -16,11 +16,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from rvjax.disturbances.ornstein_uhlenbeck import keep, start
-from rvjax.draw import Draws
-from rvjax.noise import normals, threefry
-from rvjax.samplers.monte_carlo import MonteCarlo
-from rvjax.state import Numbers, Tick
+from rvjax.components.disturbances.ornstein_uhlenbeck import keep, start
+from rvjax.components.samplers.monte_carlo import MonteCarlo
+from rvjax.physics.noise import normals, threefry
+from rvjax.physics.state import Numbers, Tick
+from rvjax.simulation.draws import Draws
 from tests.members import array, built
 
 Array = NDArray[np.float64]

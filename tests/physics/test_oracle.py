@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax.closed_loop import Drawn
-from rvjax.dynamics import MU_EARTH
+from rvjax.physics.dynamics import MU_EARTH
+from rvjax.simulation.closed_loop import Drawn
 from tests import flights
 from tests.flights import Recorder
 from tests.oracles import absolute

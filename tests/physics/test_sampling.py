@@ -9,11 +9,11 @@ import jax
 import numpy as np
 import pytest
 
-from rvjax import closed_loop, flight
-from rvjax.algebra import Channels, Vector
-from rvjax.closed_loop import Drawn, Loop
-from rvjax.controllers.interface import Law, Response
-from rvjax.state import Numbers, Report, Seen, State
+from rvjax.components.controllers.interface import Law, Response
+from rvjax.physics.state import Numbers, Report, Seen, State
+from rvjax.physics.vectors import Channels, Vector
+from rvjax.simulation import closed_loop, flight
+from rvjax.simulation.closed_loop import Drawn, Loop
 from tests import flights
 from tests.members import array, built
 

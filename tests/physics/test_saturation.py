@@ -11,8 +11,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from rvjax.algebra import Channels
-from rvjax.saturation import SATURATIONS, saturate
+from rvjax.physics.saturation import SATURATIONS, saturate
+from rvjax.physics.vectors import Channels
 
 UPPER, LOWER = 4.0, 3.0
 SMOOTH = ("smooth-tanh", "shifted-tanh", "erf")

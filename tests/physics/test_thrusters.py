@@ -12,16 +12,16 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from rvjax import closed_loop
-from rvjax.algebra import Channels, Thrusts
-from rvjax.allocation import EPSILON, bounded_least_squares, pseudo_inverse, wrench
-from rvjax.campaign import Problem, load
-from rvjax.closed_loop import Drawn
+from rvjax.campaign.thruster_layout import LAYOUTS, Layout, cube, limits, margins, pinwheel, rank
 from rvjax.columns import CHANNELS
-from rvjax.draw import Draws
-from rvjax.spec.layout import LAYOUTS, Layout, cube, limits, margins, pinwheel, rank
-from rvjax.state import Step, Tick
-from rvjax.tables import trace_table
+from rvjax.physics.state import Step, Tick
+from rvjax.physics.thruster_allocation import EPSILON, bounded_least_squares, pseudo_inverse, wrench
+from rvjax.physics.vectors import Channels, Thrusts
+from rvjax.simulation import closed_loop
+from rvjax.simulation.closed_loop import Drawn
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import Problem, load
+from rvjax.simulation.tables import trace_table
 from tests.short import CAMPAIGN
 
 Array = NDArray[np.float64]

@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from rvjax import sections
 from rvjax.cli import main
+from rvjax.report import sections
 
 if __name__ == "__main__":
     sections.SECTIONS = ()

@@ -12,10 +12,10 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from rvjax.algebra import Channels, Vector
-from rvjax.disturbances.interface import Disturbance
-from rvjax.family import Component
-from rvjax.spec import Model, Quantity, scalar
+from rvjax.campaign import Model, Quantity, scalar
+from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.registry import Component
+from rvjax.physics.vectors import Channels, Vector
 
 
 class Parameters(Model):

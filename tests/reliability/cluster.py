@@ -12,8 +12,8 @@ from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from rvjax.batch import LANES
-from rvjax.results import RunFolder
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.batch import LANES
 from tests.short import CAMPAIGN, SHORT
 
 CHUNKS = 9

@@ -55,9 +55,11 @@ class Nursery:
 
 def watch(note: Callable[[str], None]) -> None:
     """Has the program tell where it is."""
-    from rvjax import pilot, report, run, sections
+    from rvjax import report
     from rvjax.cli import flying
-    from rvjax.results import RunFolder
+    from rvjax.execution import chunks, run
+    from rvjax.report import sections
+    from rvjax.run_folder import RunFolder
 
     sections.SECTIONS = sections.SECTIONS[:SECTIONS]
 
@@ -77,7 +79,7 @@ def watch(note: Callable[[str], None]) -> None:
         (RunFolder, "take", at("take")),
         (RunFolder, "write_bytes", at("write")),
         (RunFolder, "seal", at("write")),
-        (pilot.Pilot, "parcel", lambda _, chunk: f"chunk {chunk}"),
+        (chunks.Pilot, "parcel", lambda _, chunk: f"chunk {chunk}"),
     ):
         setattr(owner, attribute, told(place, getattr(owner, attribute)))
     for attribute in ("create", "resume"):
@@ -159,7 +161,7 @@ class _Notes:
 
 def serve() -> None:
     """Raises a child for every request."""
-    for module in ("run", "report", "check", "cli.flying", "sections.worst", "sections.opened"):
+    for module in ("execution.run", "report", "analysis.verdicts", "cli.flying", "report.sections.worst", "report.run_view"):
         __import__(f"rvjax.{module}")
     for line in sys.stdin:
         print(json.dumps(raised(json.loads(line))), flush=True)

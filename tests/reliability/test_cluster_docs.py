@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 from ruamel.yaml import YAML
 
-from rvjax.results import RunFolder
-from rvjax.spec.overrides import override
-from rvjax.spec.source import read
+from rvjax.campaign.overrides import override
+from rvjax.campaign.source import read
+from rvjax.run_folder import RunFolder
 from tests.reliability.cluster import OVERRIDES, PROGRAM, SETS, dead, ended, free_port, process, scheduler, worker
 from tests.short import CAMPAIGN
 

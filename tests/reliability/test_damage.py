@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rvjax import report, sections
+from rvjax import report
 from rvjax.errors import FolderError
-from rvjax.results import RunFolder
-from rvjax.sections import captured, verdicts
+from rvjax.report import sections
+from rvjax.report.sections import captured, verdicts
+from rvjax.run_folder import RunFolder
 from tests.program import Run
 from tests.report.conftest import make
 from tests.results.conftest import create, fly, lacking, resume

@@ -13,11 +13,12 @@ from typing import Any
 
 import pytest
 
-from rvjax import batch, identity, pilot, replay
-from rvjax import run as running
-from rvjax.audit import Audit
-from rvjax.pilot import Parcel, Pilot
-from rvjax.results import RunFolder
+from rvjax.execution import chunks, identity, replay
+from rvjax.execution import run as running
+from rvjax.execution.audit import Audit
+from rvjax.execution.chunks import Parcel, Pilot
+from rvjax.run_folder import RunFolder
+from rvjax.simulation import batch
 from tests.disk import Disk, Killed
 from tests.program import Run
 from tests.reliability.nursery import Nursery
@@ -76,13 +77,13 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
             traces[tuple(samples)] = trace(problem, flyer, samples, *more)
         return traces[tuple(samples)]
 
-    for module in (batch, pilot, identity, replay, running):
+    for module in (batch, chunks, identity, replay, running):
         monkeypatch.setattr(module, "LANES", LANES)
     monkeypatch.setattr(running, "trace", once)
     audit = Audit(1, 1, (), {}, {"pursuer.mass_kg": "motion.nu.x"})
     monkeypatch.setattr(running, "prove", lambda problem, flyer, baseline: audit)
     monkeypatch.setattr(running, "run", lambda *given: run(*given[:6], crew, *given[7:]))
-    monkeypatch.setattr("rvjax.sections.SECTIONS", ())
+    monkeypatch.setattr("rvjax.report.sections.SECTIONS", ())
 
 
 @pytest.mark.usefixtures("canned")

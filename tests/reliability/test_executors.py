@@ -13,15 +13,15 @@ from pathlib import Path
 import pytest
 from distributed import Client
 
-from rvjax.batch import LANES
-from rvjax.campaign import load
 from rvjax.errors import IncompleteError, UsageError
-from rvjax.executors import Crew
-from rvjax.executors.dask import workers
-from rvjax.executors.inline import inline as inline_crew
-from rvjax.identity import identity, provenance
-from rvjax.pilot import ENVELOPE_CHUNKS, Parcel, Pilot
-from rvjax.results import RunFolder
+from rvjax.execution.chunks import ENVELOPE_CHUNKS, Parcel, Pilot
+from rvjax.execution.executors import Crew
+from rvjax.execution.executors.dask_client import workers
+from rvjax.execution.executors.threads import inline as inline_crew
+from rvjax.execution.identity import identity, provenance
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.batch import LANES
+from rvjax.simulation.problem import load
 from tests.program import Run
 from tests.reliability.cluster import CHUNKS, OVERRIDES, SAMPLES, data, dead, ended, run, scheduler, worker
 from tests.short import CAMPAIGN
@@ -121,7 +121,7 @@ def children(pid: int) -> list[int]:
 
 POISON = """
 import os
-from rvjax.pilot import Pilot
+from rvjax.execution.chunks import Pilot
 
 if not hasattr(Pilot, "honest"):  # Dask reads this file twice
     Pilot.honest = Pilot.parcel
@@ -137,7 +137,7 @@ Pilot.parcel = parcel
 
 AFAR = """
 from dataclasses import replace
-from rvjax.executors.station import Station
+from rvjax.execution.executors.dask_worker import Station
 
 if not hasattr(Station, "honest"):
     Station.honest = Station.fly

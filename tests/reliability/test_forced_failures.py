@@ -11,12 +11,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax import family, report, sections
-from rvjax.audit import Audit
-from rvjax.batch import LANES
-from rvjax.check import judge_folder
-from rvjax.results import RunFolder
-from rvjax.run import run
+from rvjax import report
+from rvjax.analysis.verdicts import judge_folder
+from rvjax.components import registry
+from rvjax.execution.audit import Audit
+from rvjax.execution.run import run
+from rvjax.report import sections
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.batch import LANES
 from tests.short import CAMPAIGN
 
 CHUNKS = {0.0: 50, 1e-4: 50, 0.01: 10, 0.5: 5, 1.0: 3}
@@ -41,11 +43,11 @@ SETS = (
 def _breaking(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """As if an installed package brought the disturbance."""
     entry = EntryPoint("breaking", "tests.reliability.breaking:COMPONENT", "rvjax.disturbances")
-    found = family.entry_points
-    monkeypatch.setattr(family, "entry_points", lambda group: [entry] if group == entry.group else found(group=group))
-    family.members.cache_clear()
+    found = registry.entry_points
+    monkeypatch.setattr(registry, "entry_points", lambda group: [entry] if group == entry.group else found(group=group))
+    registry.members.cache_clear()
     yield
-    family.members.cache_clear()
+    registry.members.cache_clear()
 
 
 def flown(path: Path, share: float) -> Path:
@@ -65,7 +67,7 @@ def test_broken_flights_are_counted_and_disturb_no_other(
     """
     monkeypatch.setattr(sections, "SECTIONS", ())
     unproved = Audit(0, 0, (), {}, {})  # where all flights break, most dispersions do nothing
-    monkeypatch.setattr("rvjax.run.prove", lambda problem, flyer, baseline: unproved)
+    monkeypatch.setattr("rvjax.execution.run.prove", lambda problem, flyer, baseline: unproved)
     counts: list[str] = []
     unbroken = pd.DataFrame()
     for share in CHUNKS:

@@ -152,7 +152,7 @@ def test_hostile_files_are_refused_at_once(validate: Validate, tmp_path: Path, f
 PARSER = """
 import re, sys
 from pathlib import Path
-from rvjax.spec import parse
+from rvjax.campaign import parse
 
 def peak():
     return int(re.search(r"VmHWM:\\s+(\\d+) kB", Path("/proc/self/status").read_text())[1]) / 1024

@@ -22,11 +22,11 @@ from markdown_it.token import Token
 
 from rvjax.errors import FolderError, IncompleteError
 from rvjax.report import build, html, markdown
-from rvjax.report.picture import Picture
-from rvjax.results import Audited, Column, RunFolder
-from rvjax.sections.page import Code, Drawing, Headline, Mark, Named, Section, Table
-from rvjax.sections.plot import axes
-from rvjax.sections.wording import label
+from rvjax.report.blocks import Code, Drawing, Headline, Mark, Named, Section, Table
+from rvjax.report.figures import Picture
+from rvjax.report.number_format import label
+from rvjax.report.plotting import axes
+from rvjax.run_folder import Audited, Column, RunFolder
 from tests.program import Run
 from tests.reliability.texts import PATHS, harmless, printable, quoted, texts
 from tests.report.conftest import make

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rvjax.batch import LANES
-from rvjax.pilot import ENVELOPE_CHUNKS
-from rvjax.results import RunFolder, derived, files
-from rvjax.results.manifest import Key
-from rvjax.results.store import PARTS
+from rvjax.execution.chunks import ENVELOPE_CHUNKS
+from rvjax.run_folder import RunFolder, atomic_files, checksums
+from rvjax.run_folder.manifest import Key
+from rvjax.run_folder.store import PARTS
+from rvjax.simulation.batch import LANES
 from tests.reliability.nursery import Nursery
 from tests.short import CAMPAIGN
 
@@ -77,25 +77,25 @@ def whole(nursery: Nursery, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def on_disk(path: Path) -> set[Key]:
     """The files of data that hold what their names say, in the manifest or not."""
-    names = files.listing(path, PARTS, sweep=False)
+    names = atomic_files.listing(path, PARTS, sweep=False)
     keys = {name: Key.of(name) for name in names}
-    return {key for name, key in keys.items() if key and key.file(files.sha256((path / name).read_bytes())) == name}
+    return {key for name, key in keys.items() if key and key.file(atomic_files.sha256((path / name).read_bytes())) == name}
 
 
 def state(path: Path) -> str:
     """Where the kill has hit, by what is on the disk."""
     if not (path / "manifest.json").exists():
         return "before there was a run"
-    if any(files.is_temporary(file.name) for file in path.rglob("*")):
+    if any(atomic_files.is_temporary(file.name) for file in path.rglob("*")):
         return "in a write"
     entries = {entry.file for entry in RunFolder.open(path)._store.entries.values()}
-    if any(Key.of(name) and name not in entries for name in files.listing(path, PARTS, sweep=False)):
+    if any(Key.of(name) and name not in entries for name in atomic_files.listing(path, PARTS, sweep=False)):
         return "between a file and its line"
     if len(RunFolder.open(path).chunks) < CHUNKS:
         return "between chunks"
     if len(RunFolder.open(path).trace_samples()) < 10:
         return "among the traces"
-    if not (path / "SHA256SUMS").exists() or derived.complaints(path):
+    if not (path / "SHA256SUMS").exists() or checksums.complaints(path):
         return "in the report"
     return "after the report"
 
@@ -144,7 +144,7 @@ def test_a_killed_run_goes_on_to_the_same_bits(
             assert answer["code"] == -9, f"{log.read_text()}\n{about}"
             hit += 1
             if path.exists():
-                os.close(files.lock(path))
+                os.close(atomic_files.lock(path))
             states[state(path)] += 1
             if (path / "manifest.json").exists():
                 for _ in RunFolder.open(path).tables():

@@ -7,7 +7,7 @@ import re
 from functools import cache
 from itertools import product
 
-from rvjax.spec.document import NOT_PRINTABLE
+from rvjax.campaign.yaml_document import NOT_PRINTABLE
 
 _MARKUP = (
     "<script>alert(1)</script>", "<SCRIPT SRC=//evil.example/x.js></SCRIPT>", "<scr<script>ipt>alert(1)</scr</script>ipt>",

@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from rvjax.results import Column, RunFolder
-from rvjax.totals import worst_first
+from rvjax.analysis.run_totals import worst_first
+from rvjax.run_folder import Column, RunFolder
 
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 DURATION = 300.0

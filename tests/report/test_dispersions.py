@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rvjax.analysis.run_totals import Totals
 from rvjax.columns import Column
-from rvjax.sections import dispersions, drivers, worst
-from rvjax.sections.opened import Run, open_run
-from rvjax.sections.page import Code, Table
-from rvjax.totals import Totals
+from rvjax.report.blocks import Code, Table
+from rvjax.report.run_view import Run, open_run
+from rvjax.report.sections import dispersions, drivers, worst
 
 LAW = "uniform (low 80, high 120)"
 

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from rvjax import check, report
+from rvjax import report
+from rvjax.analysis import verdicts
 from rvjax.errors import UsageError
-from rvjax.sections.opened import open_run
+from rvjax.report.run_view import open_run
 from tests.program import Run as Program
 
 PLAN = "[]\nsampler: {use: latin-hypercube}"
@@ -21,7 +22,7 @@ def test_a_plan_is_reported_and_not_judged(made: Callable[..., Path], rvjax: Pro
     """Every table and every caption without interval, confidence or band; numbers of the summary without ends; `check` says why
     there is no verdict. Kills: a section that makes its interval by itself."""
     path = made(tmp_path / "run", 200, (0.8, 0.1, 0.1), require=PLAN)
-    assert check.judge_folder(path) == ()
+    assert verdicts.judge_folder(path) == ()
     page = report.build(path)
     text = (path / "report.md").read_text()
     assert "Exploration: no verdicts" in text
@@ -51,6 +52,6 @@ def test_a_requirement_on_a_plan_is_refused(made: Callable[..., Path], tmp_path:
     """Also in a folder that no run of ours has made. Kills a folder that is judged because nobody asks how it was drawn."""
     require = "[{metric: captured, at_least: 0.5}]\nsampler: {use: sobol}"
     path = made(tmp_path / "run", 200, (0.8, 0.1, 0.1), require=require)
-    for look in (check.judge_folder, open_run):
+    for look in (verdicts.judge_folder, open_run):
         with pytest.raises(UsageError, match="exploration: no verdicts"):
             look(path)

@@ -14,17 +14,16 @@ import pandas as pd
 import pytest
 from scipy.stats import spearmanr
 
-from rvjax import check
-from rvjax.basis import Independent
+from rvjax.analysis import verdicts
+from rvjax.analysis.accumulator import Fold
+from rvjax.analysis.run_totals import HEAD
 from rvjax.errors import FolderError
-from rvjax.fold import Fold
-from rvjax.report import build, write
-from rvjax.results import RunFolder
-from rvjax.sections import plot
-from rvjax.sections.opened import opened
-from rvjax.sketch import EXACT, RELATIVE_ERROR, Sketch
+from rvjax.report import build, plotting, write
+from rvjax.report.run_view import opened
+from rvjax.run_folder import RunFolder
 from rvjax.stats import dkw_band, quantile_interval
-from rvjax.totals import HEAD
+from rvjax.stats.quantile_sketch import EXACT, RELATIVE_ERROR, Sketch
+from rvjax.stats.sampling_design import Independent
 
 SAMPLES = 12_000
 FIRST = HEAD * 256
@@ -98,9 +97,9 @@ def test_shares_and_the_account_are_exact(table: pd.DataFrame, summary: dict[str
 
 def test_verdicts_are_those_of_the_table(folder: Path, table: pd.DataFrame, summary: dict[str, Any]) -> None:
     """Kills: successes counted in buckets, a requirement that is folded into another's."""
-    required = check.campaign_of(RunFolder.open(folder)).require
-    whole = check.judge_all(required, RunFolder.open(folder).samples(), Independent())
-    assert check.judge_folder(folder) == whole
+    required = verdicts.campaign_of(RunFolder.open(folder)).require
+    whole = verdicts.judge_all(required, RunFolder.open(folder).samples(), Independent())
+    assert verdicts.judge_folder(folder) == whole
     assert [verdict["text"] for verdict in summary["requirements"]] == [verdict.text for verdict in whole]
     times, duty = (table[f"metric.{name}"].to_numpy() for name in ("settling_time_s", "saturation_duty.any"))
     captured = np.count_nonzero(table["outcome"] == "captured")
@@ -127,8 +126,8 @@ def test_what_looks_at_single_samples_says_how_many(folder: Path, table: pd.Data
 def test_a_drawn_distribution_goes_through_the_order_statistics(table: pd.DataFrame) -> None:
     """Up to the last finite one. Kills: shares of the points drawn instead of all, a band for fewer samples, one rank off."""
     x = table["metric.peak_chi"].fillna(math.inf).to_numpy()
-    _, (axis,) = plot.axes(1, 1, 3.0)
-    plot.distribution(axis, Sketch(x), plot.BLUE, "x", dkw_band(x.size, 0.95))
+    _, (axis,) = plotting.axes(1, 1, 3.0)
+    plotting.distribution(axis, Sketch(x), plotting.BLUE, "x", dkw_band(x.size, 0.95))
     steps = np.asarray(axis.lines[0].get_xydata())[::2]
     finite, n = np.sort(x[np.isfinite(x)]), x.size
     assert len(steps) <= 200
@@ -157,7 +156,7 @@ def test_worst_samples_and_onsets_are_those_of_all(folder: Path, table: pd.DataF
     for part in RunFolder.open(folder).tables():
         fold.add(*part)
     onsets = table.filter(regex=r"draw\.faults\..*onset").to_numpy()
-    campaign = check.campaign_of(RunFolder.open(folder))
+    campaign = verdicts.campaign_of(RunFolder.open(folder))
     assert opened(RunFolder.open(folder), fold, campaign).onsets() == (onsets.min(), onsets.max())
 
 
@@ -169,7 +168,7 @@ def test_chunks_in_any_order_give_the_same_bytes(folder: Path) -> None:
         return {path.name: path.read_bytes() for path in made}
 
     before, here = contents(), RunFolder.open(folder)
-    campaign = check.campaign_of(here)
+    campaign = verdicts.campaign_of(here)
     fold = Fold(campaign.require, Independent(), campaign.keep)
     for number, frame, columns in reversed(list(here.tables())):
         fold.add(number, frame, columns)

@@ -13,10 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from rvjax import sections
 from rvjax.errors import FolderError
-from rvjax.report import build
-from rvjax.results import Audited, RunFolder
+from rvjax.report import build, sections
+from rvjax.run_folder import Audited, RunFolder
 
 Make = Callable[..., Path]
 

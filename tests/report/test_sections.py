@@ -13,14 +13,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax.results import Column, RunFolder
-from rvjax.sections import adaptation, captured, saturation, worst
-from rvjax.sections import sections as all_sections
-from rvjax.sections.opened import OVERLAID, Run, open_run
-from rvjax.sections.page import Code, Number, Section, Table
-from rvjax.sections.plot import STYLE
-from rvjax.sections.tables import quantiles
-from rvjax.totals import HEAD, Totals, worst_first
+from rvjax.analysis.run_totals import HEAD, Totals, worst_first
+from rvjax.report.blocks import Code, Number, Section, Table
+from rvjax.report.metric_tables import quantiles
+from rvjax.report.plotting import STYLE
+from rvjax.report.run_view import OVERLAID, Run, open_run
+from rvjax.report.sections import adaptation, captured, saturation, worst
+from rvjax.report.sections import sections as all_sections
+from rvjax.run_folder import Column, RunFolder
 
 
 @pytest.fixture(scope="module")

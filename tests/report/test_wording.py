@@ -11,10 +11,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rvjax.basis import Independent
-from rvjax.sections.page import Number
-from rvjax.sections.wording import INFINITY, label, number, percent, quantity, setting, shown, spoken
+from rvjax.report.blocks import Number
+from rvjax.report.number_format import INFINITY, label, number, percent, quantity, setting, shown, spoken
 from rvjax.stats import Estimate
+from rvjax.stats.sampling_design import Independent
 
 
 def estimate(value: float, low: float, high: float) -> Estimate:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax.results import Column, RunFolder
+from rvjax.run_folder import Column, RunFolder
 
 LANES = 4
 IDENTITY: dict[str, Any] = {"campaign": "ab12", "seed": 7, "device": {"kind": "cpu"}, "lanes": [LANES]}

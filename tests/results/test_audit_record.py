@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from rvjax.errors import FolderError
-from rvjax.results import Audited, RunFolder, files
-from rvjax.results.journal import _line
-from rvjax.results.manifest import Manifest, _seal
+from rvjax.run_folder import Audited, RunFolder, atomic_files
+from rvjax.run_folder.journal import _line
+from rvjax.run_folder.manifest import Manifest, _seal
 
 from .conftest import create, fly, resume
 
@@ -27,7 +27,7 @@ def rewritten(path: Path, change: tuple[str, str]) -> None:
     data = body.encode() + _seal(body.encode())
     head = {name: value for name, value in json.loads(data).items() if name not in ("files", "sha256")}
     (path / "manifest.json").write_bytes(data)
-    (path / "journal.jsonl").write_bytes(_line({"base": files.sha256(data), "head": head}))
+    (path / "journal.jsonl").write_bytes(_line({"base": atomic_files.sha256(data), "head": head}))
 
 
 def test_it_is_there_at_once_and_stays(tmp_path: Path) -> None:

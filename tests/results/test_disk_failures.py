@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from rvjax.errors import FolderError, IncompleteError, RvjaxError
-from rvjax.results import DataFile, RunFolder, files
+from rvjax.run_folder import DataFile, RunFolder, atomic_files
 from tests.disk import Disk, Killed
 
 from .conftest import COLUMNS, chunk, create, fly, only, resume
@@ -37,7 +37,7 @@ def committed(path: Path, damaged: bool = False) -> dict[str, bytes]:
         folder.verify()
     data = {entry: path / entry.file for entry in folder.chunks}
     there = {entry.file: (file.read_bytes(), entry.sha256) for entry, file in data.items() if file.exists() or not damaged}
-    return {name: found for name, (found, sha256) in there.items() if files.sha256(found) == sha256}
+    return {name: found for name, (found, sha256) in there.items() if atomic_files.sha256(found) == sha256}
 
 
 def attempt(path: Path) -> None:
@@ -158,8 +158,8 @@ def test_bytes_are_durable_before_they_have_a_name(tmp_path: Path, monkeypatch: 
 
     for name in ("link", "replace", "fsync", "unlink"):
         monkeypatch.setattr(os, name, noted(name, getattr(os, name)))
-    files.publish(tmp_path / "a", b"x")
-    files.replace(tmp_path / "b", b"y")
+    atomic_files.publish(tmp_path / "a", b"x")
+    atomic_files.replace(tmp_path / "b", b"y")
     assert order == ["fsync", "link", "unlink", "fsync folder", "fsync", "replace", "unlink", "fsync folder"]
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from rvjax.check import judge_folder, reckon
+from rvjax.analysis.verdicts import judge_folder, reckon
 from rvjax.errors import FolderError
 from rvjax.report import build
-from rvjax.results import RunFolder
-from rvjax.results.extract import NAME, Extract
+from rvjax.run_folder import RunFolder
+from rvjax.run_folder.verdict_columns import NAME, Extract
 from tests.report.conftest import make
 
 
@@ -19,7 +19,7 @@ from tests.report.conftest import make
 def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run with its report."""
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr("rvjax.sections.SECTIONS", ())
+        monkeypatch.setattr("rvjax.report.sections.SECTIONS", ())
         folder = make(tmp_path_factory.mktemp("extract") / "run", 300, kept=0)
         build(folder)
     return folder
@@ -96,6 +96,6 @@ def test_a_report_made_again_has_the_same_extract(folder: Path) -> None:
     before = (folder / NAME).read_bytes()
     (folder / NAME).unlink()
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr("rvjax.sections.SECTIONS", ())
+        monkeypatch.setattr("rvjax.report.sections.SECTIONS", ())
         build(folder)
     assert (folder / NAME).read_bytes() == before

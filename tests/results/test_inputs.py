@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rvjax.errors import FolderError
-from rvjax.results import RunFolder
+from rvjax.run_folder import RunFolder
 
 from .conftest import IDENTITY, LANES
 

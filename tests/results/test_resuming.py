@@ -10,7 +10,7 @@ import pyarrow as pa
 import pytest
 
 from rvjax.errors import FolderError, IncompleteError, UsageError
-from rvjax.results import Column, RunFolder, files
+from rvjax.run_folder import Column, RunFolder, atomic_files
 
 from .conftest import COLUMNS, IDENTITY, LANES, chunk, create, fly, lacking, only, resume
 
@@ -99,8 +99,8 @@ def test_first_of_two_writers_wins(finished: Path) -> None:
             folder.commit(0, chunk(0, 10).assign(outcome="captured"), COLUMNS)
         assert path.stat().st_ino == inode
         assert len(folder.chunks) == 3
-    assert not files.publish(path, b"other")
-    assert files.publish(path, path.read_bytes())
+    assert not atomic_files.publish(path, b"other")
+    assert atomic_files.publish(path, path.read_bytes())
 
 
 def test_one_process_writes_at_a_time(finished: Path) -> None:

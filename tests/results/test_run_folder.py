@@ -16,8 +16,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rvjax.errors import FolderError, IncompleteError
-from rvjax.results import Account, Column, RunFolder, files
-from rvjax.results.parquet import decode, encode
+from rvjax.run_folder import Account, Column, RunFolder, atomic_files
+from rvjax.run_folder.parquet import decode, encode
 
 from .conftest import COLUMNS, IDENTITY, chunk, create, history, only
 
@@ -74,8 +74,8 @@ def test_manifest_is_one_document_as_the_contract_says(finished: Path) -> None:
     assert list(document) == [*told, "files", "sha256"]
     (entry,) = (entry for entry in document["files"] if entry["file"].startswith("samples/00002"))
     data = only(finished, "samples/00002").read_bytes()
-    name = f"samples/00002-{files.sha256(data)[:16]}.parquet"
-    assert entry == {"file": name, "sha256": files.sha256(data), "bytes": len(data), "first": 8, "count": 2}
+    name = f"samples/00002-{atomic_files.sha256(data)[:16]}.parquet"
+    assert entry == {"file": name, "sha256": atomic_files.sha256(data), "bytes": len(data), "first": 8, "count": 2}
 
 
 def test_account_adds_up_over_all_that_was_requested(tmp_path: Path, finished: Path) -> None:
@@ -149,7 +149,7 @@ def test_damage_message_says_what_was_expected_found_and_helps(finished: Path) -
     path.write_bytes(bad)
     with pytest.raises(FolderError) as caught:
         RunFolder.open(finished).samples()
-    for part in (str(path), files.sha256(good), files.sha256(bad), "rvjax run"):
+    for part in (str(path), atomic_files.sha256(good), atomic_files.sha256(bad), "rvjax run"):
         assert part in str(caught.value)
 
 
@@ -192,7 +192,7 @@ def test_manifest_cannot_point_out_of_the_folder(finished: Path) -> None:
     del document["sha256"]
     document["files"][0]["file"] = "samples/../../secret.parquet"
     body = (json.dumps(document, indent=1) + "\n").encode()
-    path.write_text(json.dumps(document | {"sha256": files.sha256(body)}, indent=1) + "\n")
+    path.write_text(json.dumps(document | {"sha256": atomic_files.sha256(body)}, indent=1) + "\n")
     with pytest.raises(FolderError, match="not a manifest"):
         RunFolder.open(finished)
 

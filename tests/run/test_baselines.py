@@ -8,15 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from rvjax import sections
-from rvjax.audit import Audit
-from rvjax.batch import Flyer
-from rvjax.campaign import Problem
 from rvjax.errors import FolderError
-from rvjax.report import build
-from rvjax.results import RunFolder
-from rvjax.run import run
-from rvjax.sections import comparison, verdicts
+from rvjax.execution.audit import Audit
+from rvjax.execution.run import run
+from rvjax.report import build, run_view, sections
+from rvjax.report.sections import comparison, verdicts
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.batch import Flyer
+from rvjax.simulation.problem import Problem
 from tests.short import CAMPAIGN, SHORT
 
 OVERRIDES = (
@@ -79,8 +78,8 @@ def test_only_the_campaign_itself_has_to_show_that_its_draws_act(tmp_path: Path,
         asked.append(baseline)
         return Audit(0, 0, (), {}, {})
 
-    monkeypatch.setattr("rvjax.run.prove", prove)
-    monkeypatch.setattr("rvjax.sections.SECTIONS", ())
+    monkeypatch.setattr("rvjax.execution.run.prove", prove)
+    monkeypatch.setattr("rvjax.report.sections.SECTIONS", ())
     run(CAMPAIGN, tmp_path / "run", OVERRIDES)
     assert asked == [False, True]
 
@@ -92,7 +91,7 @@ def test_what_was_folded_while_flying_is_what_a_report_reads(
     shutil.copytree(folder, tmp_path / "run")
     shutil.rmtree(tmp_path / "run" / "baselines")
     with monkeypatch.context() as patched:
-        patched.setattr(sections.opened, "RunFolder", None)  # nothing is opened there
+        patched.setattr(run_view, "RunFolder", None)  # nothing is opened there
         run(CAMPAIGN, tmp_path / "run", OVERRIDES)
     made = {name: (tmp_path / "run" / name).read_bytes() for name in ("summary.json", "report.html", "report.md")}
     assert b"comparison.soft." in made["summary.json"]

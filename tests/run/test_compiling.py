@@ -10,10 +10,10 @@ import jax
 import numpy as np
 import pytest
 
-from rvjax.batch import LANES, Flyer
-from rvjax.campaign import load
-from rvjax.draw import Draws
-from rvjax.run import run
+from rvjax.execution.run import run
+from rvjax.simulation.batch import LANES, Flyer
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN, SHORT
 
 BUILT = "/jax/core/compile/backend_compile_duration"

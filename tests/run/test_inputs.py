@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rvjax.campaign import load
-from rvjax.doctor import examine
-from rvjax.executors import station
-from rvjax.identity import identity, packages
-from rvjax.pilot import Pilot
-from rvjax.results import RunFolder
+from rvjax.execution.chunks import Pilot
+from rvjax.execution.doctor import examine
+from rvjax.execution.executors import dask_worker
+from rvjax.execution.identity import identity, packages
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.problem import load
 from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
 
@@ -43,7 +43,7 @@ def test_the_folder_alone_is_enough(rvjax: Run, tmp_path: Path) -> None:
     assert rvjax("run", folder / "campaign.yaml", "--out", folder, *given, "--quiet")[0] == code
     assert sorted(path.name for path in (folder / "samples").iterdir()) == before
     problem = load(folder / "campaign.yaml", sets)
-    order = station.Order(
+    order = dask_worker.Order(
         problem.spec.source.text,
         problem.spec.source.inputs,
         tuple(sets),
@@ -53,7 +53,7 @@ def test_the_folder_alone_is_enough(rvjax: Run, tmp_path: Path) -> None:
         "t",
         local=False,
     )
-    worker = station.Station(order)
+    worker = dask_worker.Station(order)
     worker._threads = None
     assert isinstance(worker._make(), Pilot)
     (folder / "inputs" / "masses.csv").write_text(MASSES.replace("88", "89"))

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax.replay import replay
-from rvjax.results import RunFolder
-from rvjax.run import TRACED, run
+from rvjax.execution.replay import replay
+from rvjax.execution.run import TRACED, run
+from rvjax.run_folder import RunFolder
 from tests.short import CAMPAIGN, SHORT
 
 SOME = [

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rvjax.batch import LANES
-from rvjax.check import judge_folder
+from rvjax.analysis.verdicts import judge_folder
 from rvjax.errors import UsageError
-from rvjax.results import RunFolder
-from rvjax.run import run
+from rvjax.execution.run import run
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.batch import LANES
 from tests.short import CAMPAIGN, SHORT
 
 QUICK = (

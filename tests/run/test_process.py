@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rvjax.batch import LANES
-from rvjax.process import EXTRA, SETTINGS, with_settings
-from rvjax.results import RunFolder
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.batch import LANES
+from rvjax.simulation.jax_config import EXTRA, SETTINGS, with_settings
 from tests.short import CAMPAIGN, SHORT
 
-CONFIGURED = "from rvjax import process; process.configure(); import os; print(os.environ['XLA_FLAGS'])"
+CONFIGURED = "from rvjax.simulation import jax_config; jax_config.configure(); import os; print(os.environ['XLA_FLAGS'])"
 
 
 def python(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -43,8 +43,8 @@ def test_what_the_user_has_set_stays() -> None:
 
 def test_a_setting_that_xla_does_not_know_is_left_out_with_a_warning() -> None:
     """Kills: a crash of XLA at an unknown flag; known settings that go with it; a warning for each call."""
-    unknown = "from rvjax import process; process.SETTINGS = (('xla_no_such_flag', '1'), *process.SETTINGS);"
-    done = python(unknown + CONFIGURED + "; process.configure('float32'); import jax; print(jax.devices()[0].platform)")
+    unknown = "from rvjax.simulation import jax_config; jax_config.SETTINGS = (('xla_no_such_flag', '1'), *jax_config.SETTINGS);"
+    done = python(unknown + CONFIGURED + "; jax_config.configure('float32'); import jax; print(jax.devices()[0].platform)")
     assert done.returncode == 0
     assert done.stdout.splitlines() == [with_settings("", SETTINGS), "cpu"]
     assert "does not know xla_no_such_flag" in done.stderr
@@ -58,9 +58,9 @@ def test_a_setting_that_xla_does_not_know_is_left_out_with_a_warning() -> None:
 def test_what_xla_knows_is_asked_once(tmp_path: Path) -> None:
     """Kills: a child process at every start; a refusal that is remembered as an acceptance."""
     count = (
-        "from rvjax import process; asked = []; run = process.subprocess.run\n"
-        "process.subprocess.run = lambda *given, **more: asked.append(1) or run(*given, **more)\n"
-        "process.configure(); print(len(asked))"
+        "from rvjax.simulation import jax_config; asked = []; run = jax_config.subprocess.run\n"
+        "jax_config.subprocess.run = lambda *given, **more: asked.append(1) or run(*given, **more)\n"
+        "jax_config.configure(); print(len(asked))"
     )
     assert [python(count, XDG_CACHE_HOME=str(tmp_path)).stdout for _ in range(2)] == ["1\n", "0\n"]
     for _ in range(2):
@@ -88,9 +88,9 @@ def test_flags_in_a_file_stay_there(tmp_path: Path) -> None:
 
 def test_jax_that_runs_with_other_settings_is_an_error() -> None:
     """Kills: settings that come too late and are believed to act."""
-    done = python("import jax; jax.devices(); from rvjax import process; process.configure()")
+    done = python("import jax; jax.devices(); from rvjax.simulation import jax_config; jax_config.configure()")
     assert "UsageError: JAX is already running with XLA_FLAGS=''" in done.stderr
-    again = python(CONFIGURED + "; import jax; jax.devices(); process.configure('float32'); process.configure()")
+    again = python(CONFIGURED + "; import jax; jax.devices(); jax_config.configure('float32'); jax_config.configure()")
     assert (again.returncode, again.stderr) == (0, "")
 
 
@@ -98,7 +98,9 @@ def test_jax_that_runs_with_other_settings_is_an_error() -> None:
 def test_the_compile_cache_is_private(mode: int, used: bool, tmp_path: Path) -> None:
     """What lies in the cache is executed. Kills: a folder that others can read or write; one made with the usual mode."""
     folder = tmp_path / "rvjax" / "compiled"
-    look = "from rvjax import process; process.configure(); import jax; print(jax.config.jax_compilation_cache_dir)"
+    look = (
+        "from rvjax.simulation import jax_config; jax_config.configure(); import jax; print(jax.config.jax_compilation_cache_dir)"
+    )
     assert python(look, XDG_CACHE_HOME=str(tmp_path)).stdout.strip() == str(folder)
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
     folder.chmod(mode)
@@ -118,8 +120,8 @@ def test_devices_share_the_chunks_and_change_no_bit(tmp_path: Path) -> None:
         own = [*words, "--out", str(tmp_path / str(devices))]
         look = (
             f"import jax, sys; jax.config.update('jax_num_cpu_devices', {devices}); sys.argv = {own!r}\n"
-            "from rvjax import sections; sections.SECTIONS = ()\n"
-            "from rvjax import batch; fly, used = batch.Flyer.fly, set()\n"
+            "from rvjax.report import sections; sections.SECTIONS = ()\n"
+            "from rvjax.simulation import batch; fly, used = batch.Flyer.fly, set()\n"
             "def seen(*given, **more):\n    used.add(more.get('device'))\n    return fly(*given, **more)\n"
             "batch.Flyer.fly = seen\n"
             "from rvjax.cli import main\n"
@@ -137,7 +139,7 @@ def test_outcomes_do_not_depend_on_the_settings(flown: Path, tmp_path: Path) -> 
     off = f"--xla_cpu_prefer_vector_width=256 --{EXTRA}=xla_cpu_use_multi_output_fusion=false"
     sets = [part for one in SHORT for part in ("--set", one)]
     words = ["rvjax", "run", str(CAMPAIGN), "--out", str(tmp_path / "run"), "--quiet", *sets]
-    bare = "from rvjax import sections; sections.SECTIONS = ()"
+    bare = "from rvjax.report import sections; sections.SECTIONS = ()"
     done = python(f"{bare}; from rvjax.cli import main; import sys; sys.argv = {words!r}; main()", XLA_FLAGS=off)
     assert done.returncode == 3, done.stderr
     plain, ours = (RunFolder.open(folder).samples().frame for folder in (tmp_path / "run", flown))

@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 from rvjax.errors import UsageError
-from rvjax.replay import recorded
-from rvjax.results import Column, RunFolder
+from rvjax.execution.replay import recorded
+from rvjax.run_folder import Column, RunFolder
 
 COLUMNS = {"metric.x": Column("metric.x", "1", "made up")}
 

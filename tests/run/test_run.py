@@ -11,15 +11,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax import sections, tables
-from rvjax.batch import LANES
-from rvjax.check import judge_folder
+from rvjax.analysis.verdicts import judge_folder
 from rvjax.columns import CHANNELS
 from rvjax.errors import FolderError, UsageError
-from rvjax.replay import replay
-from rvjax.results import Audited, RunFolder
-from rvjax.run import run
-from rvjax.sections.opened import open_run
+from rvjax.execution.replay import replay
+from rvjax.execution.run import run
+from rvjax.report import sections
+from rvjax.report.run_view import open_run
+from rvjax.run_folder import Audited, RunFolder
+from rvjax.simulation import tables
+from rvjax.simulation.batch import LANES
 from tests.short import CAMPAIGN, SHORT
 
 REPLAYED = (LANES - 1, 2 * LANES + 167, 3 * LANES + 49)

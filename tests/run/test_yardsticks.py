@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from benchmarks import YARDSTICKS
-from rvjax.batch import LANES
-from rvjax.bench import measurement, product
-from rvjax.bench.case import Case, UnavailableError, Values, case, own_folder, read, save, yardsticks
 from rvjax.errors import IncompleteError, UsageError
+from rvjax.execution.bench import measurement, own_flight
+from rvjax.execution.bench.workload import Case, UnavailableError, Values, case, own_folder, read, save, yardsticks
+from rvjax.simulation.batch import LANES
 from tests.short import CAMPAIGN
 
 FAST_MATH = ("simd_c",)
@@ -40,7 +40,7 @@ def quick(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def ours(smooth: Case) -> Values:
     """What the product makes of it."""
-    return product.prepare(smooth)()
+    return own_flight.prepare(smooth)()
 
 
 @pytest.mark.parametrize("name", YARDSTICKS)
@@ -96,7 +96,7 @@ def test_a_process_stands_ready_flies_and_hands_over(quick: Path, tmp_path: Path
         assert worker.end() > 100.0
     flown = case(quick, LANES, 5, "float64", tmp_path / "start.npz")
     names = {name: 0.0 for metric in flown.problem.metrics for name in metric.columns}
-    found, again = read(tmp_path / "result.npz", names), product.prepare(flown)()
+    found, again = read(tmp_path / "result.npz", names), own_flight.prepare(flown)()
     assert all(np.array_equal(found[name], again[name]) for name in names)
     with measurement.Worker(spec | {"way": "no-such-way"}) as broken, pytest.raises(IncompleteError, match="no-such-way"):
         broken.answer()

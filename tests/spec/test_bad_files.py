@@ -11,8 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rvjax.campaign import Spec, load, parse
 from rvjax.errors import CampaignError
-from rvjax.spec import Spec, load, parse
 from tests.spec.corpus import bad_files, check_refused
 
 BAD = bad_files(Path(__file__).parent / "bad")

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from rvjax.campaign import Model, Quantity, Series, Spec, load, parse, scalar, series, validate
+from rvjax.campaign import csv_files as csvfiles
+from rvjax.campaign.csv_files import attach
+from rvjax.campaign.distributions import Empirical
+from rvjax.campaign.source import read
 from rvjax.errors import CampaignError, Finding
-from rvjax.spec import Model, Quantity, Series, Spec, load, parse, scalar, series, validate
-from rvjax.spec import csvfile as csvfiles
-from rvjax.spec.csvfile import attach
-from rvjax.spec.distributions import Empirical
-from rvjax.spec.source import read
-from rvjax.streams import uniforms
+from rvjax.stats.random_streams import uniforms
 from tests.spec.conftest import GOOD
 
 U = np.concatenate((2.0 ** -np.arange(1.0, 54.0), 1.0 - 2.0 ** -np.arange(2.0, 53.0), np.linspace(0.001, 0.999, 999)))

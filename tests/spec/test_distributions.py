@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rvjax.spec.distributions import (
+from rvjax.campaign.distributions import (
     Ball,
     Direction,
     Distribution,

@@ -16,7 +16,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 from scipy.special import pdtr, pdtrc
 
-from rvjax.spec.distributions import (
+from rvjax.campaign.distributions import (
     Attitude,
     Ball,
     Beta,
@@ -34,7 +34,7 @@ from rvjax.spec.distributions import (
     VonMisesFisher,
     Weibull,
 )
-from rvjax.streams import uniforms
+from rvjax.stats.random_streams import uniforms
 
 U = np.concatenate((2.0 ** -np.arange(1.0, 54.0), 1.0 - 2.0 ** -np.arange(2.0, 53.0), np.linspace(0.001, 0.999, 999)))
 

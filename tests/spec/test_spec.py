@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from rvjax.spec import (
+from rvjax.campaign import (
     Model,
     Quantity,
     Requirement,
@@ -29,10 +29,10 @@ from rvjax.spec import (
     validate,
     vector,
 )
-from rvjax.spec.distributions import Ball, Fixed, HalfNormal, Normal, Uniform
-from rvjax.spec.inertia import matrix
-from rvjax.spec.overrides import override
-from rvjax.spec.source import read, read_text
+from rvjax.campaign.distributions import Ball, Fixed, HalfNormal, Normal, Uniform
+from rvjax.campaign.inertia import matrix
+from rvjax.campaign.overrides import override
+from rvjax.campaign.source import read, read_text
 
 DEGREE = math.pi / 180.0
 

@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy import integrate, stats
 
-from rvjax.basis import Independent
-from rvjax.check import Tallies, Verdict, judge_all
+from rvjax.analysis.verdicts import Tallies, Verdict, judge_all
+from rvjax.campaign import Requirement
 from rvjax.columns import Column
-from rvjax.spec import Requirement
+from rvjax.stats.sampling_design import Independent
 
 COLUMNS = {"metric.x": Column("metric.x", "m", "made up", "lower")}
 

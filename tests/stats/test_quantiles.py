@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy import stats as oracle
 
-from rvjax.sketch import RELATIVE_ERROR, Sketch
 from rvjax.stats import (
     dkw_band,
     lower_tolerance_bound,
@@ -18,6 +17,7 @@ from rvjax.stats import (
     upper_tolerance_bound,
     wilks_smallest_n,
 )
+from rvjax.stats.quantile_sketch import RELATIVE_ERROR, Sketch
 
 PLANS = [(n, q, c) for n in (1, 2, 10, 59, 100, 473) for q in (0.05, 0.5, 0.9, 0.99) for c in (0.8, 0.95)]
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rvjax.sketch import EXACT, RELATIVE_ERROR, Sketch
+from rvjax.stats.quantile_sketch import EXACT, RELATIVE_ERROR, Sketch
 
 NUMBERS = st.lists(st.floats(allow_nan=False, min_value=-1e9, max_value=1e9) | st.sampled_from([math.inf, -math.inf, 0.0, -0.0]))
 

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax import totals as module
+from rvjax.analysis import run_totals as module
+from rvjax.analysis.run_totals import AT_ONCE, HEAD, Totals, wanted, worst_first
+from rvjax.campaign import Keep
 from rvjax.columns import Column
 from rvjax.errors import FolderError
-from rvjax.sketch import EXACT, RELATIVE_ERROR
-from rvjax.spec import Keep
-from rvjax.totals import AT_ONCE, HEAD, Totals, wanted, worst_first
+from rvjax.stats.quantile_sketch import EXACT, RELATIVE_ERROR
 
 SIZE, CHUNKS = 200, 100
 N = SIZE * CHUNKS

@@ -13,20 +13,20 @@ import pandas as pd
 import pytest
 from scipy import stats as oracle
 
-from rvjax import check
-from rvjax.basis import Independent
-from rvjax.check import Tallies, exit_code, judge_folder, reckon
+from rvjax.analysis import verdicts
+from rvjax.analysis.verdicts import Tallies, exit_code, judge_folder, reckon
+from rvjax.campaign import Requirement
 from rvjax.errors import FolderError, IncompleteError, UsageError
-from rvjax.results import Account, Column, RunFolder, Samples
-from rvjax.sketch import RELATIVE_ERROR
-from rvjax.spec import Requirement
+from rvjax.run_folder import Account, Column, RunFolder, Samples
 from rvjax.stats import quantile_interval
+from rvjax.stats.quantile_sketch import RELATIVE_ERROR
+from rvjax.stats.sampling_design import Independent
 
-judge, judge_all = partial(check.judge, basis=Independent()), partial(check.judge_all, basis=Independent())
+judge, judge_all = partial(verdicts.judge, basis=Independent()), partial(verdicts.judge_all, basis=Independent())
 
 
 def require(metric: str, **parts: Any) -> Any:
-    """A requirement with the fields of `rvjax.spec.Requirement`."""
+    """A requirement with the fields of `rvjax.campaign.Requirement`."""
     return Requirement(metric=metric, **parts)
 
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rvjax.family import component
-from rvjax.searches.interface import Axis, Spent, Task, Told, Values
+from rvjax.components.registry import component
+from rvjax.components.search_methods.interface import Axis, Spent, Task, Told, Values
 
 CENTRE = np.array([0.42, 0.61, 0.55, 0.38])
 

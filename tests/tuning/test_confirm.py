@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from rvjax.tuning.confirm import _difference, _row
+from rvjax.search.tuning.confirm import _difference, _row
 from tests.tuning.test_objective import measure, table
 
 RNG = np.random.default_rng(0)

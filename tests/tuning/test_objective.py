@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats as scipy_stats
 
+from rvjax.campaign import Requirement
+from rvjax.campaign.tuning import Objective
 from rvjax.columns import Column
-from rvjax.spec import Requirement
-from rvjax.spec.tuning import Objective
-from rvjax.tuning.objective import POWER, Judge, Measure, Score, needed, tail_mean
+from rvjax.search.tuning.objective import POWER, Judge, Measure, Score, needed, tail_mean
 
 COLUMNS = {
     "metric.settling_time_s": Column("settling_time_s", "s", "", "lower"),

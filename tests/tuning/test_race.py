@@ -10,10 +10,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats as scipy_stats
 
+from rvjax.campaign.tuning import Objective
 from rvjax.columns import Column
-from rvjax.spec.tuning import Objective
-from rvjax.tuning.objective import Judge, Measure, Score
-from rvjax.tuning.race import Rules, Standing, crowding, front_of, ordered, race, ranks
+from rvjax.search.tuning.objective import Judge, Measure, Score
+from rvjax.search.tuning.race import Rules, Standing, crowding, front_of, ordered, race, ranks
 
 COLUMNS = {"metric.settling_time_s": Column("settling_time_s", "s", "", "lower")}
 SIZES = (32, 64, 128, 256, 512)

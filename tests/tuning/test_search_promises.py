@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rvjax import manual
+from rvjax.components import manual
+from rvjax.components.registry import component, members
+from rvjax.components.search_methods.interface import Axis, Spent, Task, Values, snapped
 from rvjax.errors import UsageError
-from rvjax.family import component, members
-from rvjax.searches.interface import Axis, Spent, Task, Values, snapped
 from tests.program import Run
 from tests.tuning.problems import (
     MIXED,
@@ -162,7 +162,7 @@ def test_searches_are_listed_and_explained(rvjax: Run) -> None:
     assert "sigma" in out
     code, out, _ = rvjax("list")
     assert code == 0
-    assert "rvjax.searches.tpe" in out
+    assert "rvjax.components.search_methods.tpe" in out
 
 
 # Optuna
@@ -196,5 +196,7 @@ def test_optuna_says_nothing_and_is_left_as_it_was(name: str, capfd: pytest.Capt
 
 def test_optuna_is_imported_by_a_search_that_runs() -> None:
     """Kills: a program that loads it to list what there is."""
-    code = "import sys, rvjax.searches.tpe, rvjax.searches.nsga; sys.exit('optuna' in sys.modules)"
+    code = (
+        "import sys, rvjax.components.search_methods.tpe, rvjax.components.search_methods.nsga; sys.exit('optuna' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rvjax.components.search_methods.cma_es import usual
+from rvjax.components.search_methods.gradient import descent, step
+from rvjax.components.search_methods.interface import Axis, Task, Told, Values, snapped
+from rvjax.components.search_methods.optuna_studies import Space
+from rvjax.components.search_methods.tpe import ranks
 from rvjax.errors import UsageError
-from rvjax.searches.cma_es import usual
-from rvjax.searches.gradient import descent, step
-from rvjax.searches.interface import Axis, Task, Told, Values, snapped
-from rvjax.searches.studies import Space
-from rvjax.searches.tpe import ranks
 from tests.tuning.problems import (
     BRANIN,
     MIXED,

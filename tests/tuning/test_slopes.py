@@ -9,13 +9,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from rvjax.batch import LANES, Flyer
-from rvjax.draw import Draws
-from rvjax.metrics.interface import Metric
-from rvjax.tuning import tune as tuning
-from rvjax.tuning.flights import Flights
-from rvjax.tuning.slopes import SMOOTH, Slopes
-from rvjax.tuning.space import Space
+from rvjax.components.metrics.interface import Metric
+from rvjax.search.tuning import tune as tuning
+from rvjax.search.tuning.candidate_flights import Flights
+from rvjax.search.tuning.gradients import SMOOTH, Slopes
+from rvjax.search.tuning.space import Space
+from rvjax.simulation.batch import LANES, Flyer
+from rvjax.simulation.draws import Draws
 from tests.tuning.short import write
 
 STEP = 1e-4

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rvjax.campaign import load
+from rvjax.campaign.tuning_parameters import Levels, Linear, Log
 from rvjax.errors import CampaignError
-from rvjax.spec.parameters import Levels, Linear, Log
-from rvjax.tuning.space import Space, value_of
-from rvjax.tuning.tune import prepare
+from rvjax.search.tuning.space import Space, value_of
+from rvjax.search.tuning.tune import prepare
+from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN, SHORT
 from tests.spec.corpus import bad_files, check_refused
 

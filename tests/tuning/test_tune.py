@@ -15,17 +15,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rvjax import batch, searched
-from rvjax.batch import LANES, Flyer
-from rvjax.campaign import load
-from rvjax.draw import Draws
+from rvjax.campaign.overrides import value_at
+from rvjax.campaign.source import read
+from rvjax.components.search_methods import sobol
 from rvjax.errors import FolderError
-from rvjax.results import RunFolder
-from rvjax.searched import Searched
-from rvjax.searches import sobol
-from rvjax.spec.overrides import value_at
-from rvjax.spec.source import read
-from rvjax.tuning import tune as tuning
+from rvjax.run_folder import RunFolder, tuning_record
+from rvjax.run_folder.tuning_record import Searched
+from rvjax.search.tuning import tune as tuning
+from rvjax.simulation import batch
+from rvjax.simulation.batch import LANES, Flyer
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import load
 from tests.program import Run
 from tests.tuning.short import write
 
@@ -36,7 +36,7 @@ KEPT = ("search.json", "candidates.csv", "best.yaml", "report.md")
 def _bare() -> Iterator[None]:
     """Reports of the two runs without sections: they are looked at elsewhere."""
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr("rvjax.sections.SECTIONS", ())
+        monkeypatch.setattr("rvjax.report.sections.SECTIONS", ())
         yield
 
 
@@ -176,7 +176,7 @@ def test_one_that_is_stopped_and_begun_again_ends_alike(
         take(self, file)
 
     monkeypatch.setattr(RunFolder, "take", noting)
-    for name in (searched.TUNED, searched.OWN):  # what stops and goes on is tested with the runs
+    for name in (tuning_record.TUNED, tuning_record.OWN):  # what stops and goes on is tested with the runs
         shutil.copytree(place / name, tmp_path / "out" / name)
     again, _ = tuning.tune(campaign, tmp_path / "out")
     assert sorted(taken + flown) == list(range(len(taken) + len(flown)))
@@ -191,7 +191,7 @@ def test_a_finished_one_flies_nothing_again(
     place, found = tuned
     before = {name: (place / name).read_bytes() for name in KEPT}
     monkeypatch.setattr(Flyer, "fly", None)
-    monkeypatch.setattr("rvjax.run._keep", lambda *given: None)
+    monkeypatch.setattr("rvjax.execution.run._keep", lambda *given: None)
     assert tuning.tune(campaign, place)[1] == found
     assert {name: (place / name).read_bytes() for name in KEPT} == before
 
@@ -200,14 +200,14 @@ def test_the_seed_decides(tuned: tuple[Path, Searched], campaign: Path, tmp_path
     """Kills: a search that has no seed; another search in a folder that has one."""
     place, found = tuned
     monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
-    monkeypatch.setattr("rvjax.report.tuning.write", lambda *given: None)
+    monkeypatch.setattr("rvjax.report.tuning_report.write", lambda *given: None)
     with pytest.raises(FolderError, match="belongs to another run"):
         tuning.tune(campaign, place, ["tune.seed=77"])
     folder, other = tuning.tune(campaign, tmp_path / "out", ["tune.seed=77", "tune.budget.candidates=6"])
     assert other.seed == 77
     assert [row.values for row in other.rows[1:]] != [row.values for row in found.rows[1:7]]
     assert folder != place
-    assert searched.read(place) == found
+    assert tuning_record.read(place) == found
 
 
 def test_the_report_is_made_again_from_the_folder(tuned: tuple[Path, Searched], rvjax: Run, tmp_path: Path) -> None:
@@ -279,7 +279,7 @@ def test_every_method_flies_the_closed_loop(name: str, tmp_path: Path, monkeypat
     if name not in ("tpe", "nsga") and not full:
         pytest.skip("by default two that need what they are told: --long")
     monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
-    monkeypatch.setattr("rvjax.report.tuning.write", lambda *given: None)
+    monkeypatch.setattr("rvjax.report.tuning_report.write", lambda *given: None)
     changes = [METHODS[name]]
     if name == "random":
         changes.insert(0, ("  method: {use: cma-es, population: 6}\n", ""))
@@ -321,7 +321,7 @@ def test_one_that_is_killed_ends_alike(tuned: tuple[Path, Searched], campaign: P
 def test_a_search_of_few_values_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Four combinations for a method that never ends by itself. Kills: a search that proposes what is known for ever."""
     monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
-    monkeypatch.setattr("rvjax.report.tuning.write", lambda *given: None)
+    monkeypatch.setattr("rvjax.report.tuning_report.write", lambda *given: None)
     text = "    controller.gains.k_rho: {choice: [0.05, 0.2]}\n    controller.gains.k_nu: {choice: [0.5, 1]}\n"
     begin, _, rest = write(tmp_path).read_text().partition("  parameters:\n")
     path = tmp_path / "few.yaml"
@@ -334,7 +334,7 @@ def test_flights_of_other_values_are_never_taken(tmp_path: Path, monkeypatch: py
     """A folder whose search would now propose something else, as after another version of a package. Kills: flights that count
     for a candidate with other gains."""
     monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
-    monkeypatch.setattr("rvjax.report.tuning.write", lambda *given: None)
+    monkeypatch.setattr("rvjax.report.tuning_report.write", lambda *given: None)
     path = write(tmp_path, METHODS["sobol"])
     tuning.tune(path, tmp_path / "out")
     made = sobol.COMPONENT.build

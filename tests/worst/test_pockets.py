@@ -15,7 +15,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy import optimize, special, stats
 
-from rvjax.pockets import Domain, Found, search
+from rvjax.search.failure_search import Domain, Found, search
 
 Values = NDArray[np.float64]
 Margin = Callable[[Values], Values]

@@ -11,11 +11,12 @@ import pandas as pd
 import pytest
 from scipy import special, stats
 
-from rvjax import run, worst
-from rvjax.batch import LANES
-from rvjax.campaign import load
 from rvjax.errors import UsageError
-from rvjax.results import RunFolder
+from rvjax.execution import run
+from rvjax.run_folder import RunFolder
+from rvjax.search import worst_case
+from rvjax.simulation.batch import LANES
+from rvjax.simulation.problem import load
 from tests.program import Run
 
 CAMPAIGN = """rvjax: 1
@@ -53,11 +54,11 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def hunt(campaign: Path) -> worst.Hunt:
-    return worst.prepare(campaign, number=2)
+def hunt(campaign: Path) -> worst_case.Hunt:
+    return worst_case.prepare(campaign, number=2)
 
 
-def test_what_flies_is_what_the_numbers_say(hunt: worst.Hunt) -> None:
+def test_what_flies_is_what_the_numbers_say(hunt: worst_case.Hunt) -> None:
     """The laws by formulas of their own, from z. Kills: coordinates that are mixed up, tails that are swapped, a copula that is
     left out, draws of streams in the place of those searched."""
     rng = np.random.default_rng(0)
@@ -94,13 +95,13 @@ def test_margins_are_below_zero_exactly_where_a_flight_does_not_comply(campaign:
     settle = ("require=[{metric: settling_time_s, below: 4, at_least: 0.5}]",)
     expected = {1: [1, -1, -1, 0, 1], 2: [1, -1, 1, 0, 1], 3: [-1, -1, -1, 0, 1], 4: [-1, -1, 1, 0, 1]}
     for number, signs in expected.items():
-        margins = worst.prepare(campaign, number=number).margins(frame)
+        margins = worst_case.prepare(campaign, number=number).margins(frame)
         assert np.sign(np.nan_to_num(margins, nan=0.0)).tolist() == signs, number
-    margins = worst.prepare(campaign, settle).margins(frame)
+    margins = worst_case.prepare(campaign, settle).margins(frame)
     assert np.sign(np.nan_to_num(margins, nan=0.0)).tolist() == [-1, -1, -1, 0, 1]
     assert margins[1] < margins[0]  # never settled is worse than settled late
     assert margins[1] < margins[2]  # and the farther away the worse
-    assert worst.prepare(campaign, number=4).margins(frame)[2] == np.inf
+    assert worst_case.prepare(campaign, number=4).margins(frame)[2] == np.inf
 
 
 def test_a_pocket_that_a_million_samples_miss_is_found_and_replayed(campaign: Path, tmp_path: Path, rvjax: Run) -> None:
@@ -108,9 +109,9 @@ def test_a_pocket_that_a_million_samples_miss_is_found_and_replayed(campaign: Pa
     so the probability is below 3·10⁻⁶ at 95 %. Found within 20,000 flights from each of three seeds, and the case flies from its
     file to the same margin, bit for bit. Kills: a search that is no better than chance, a file that says other draws, noise or
     lanes that a flight depends on."""
-    hunted = worst.prepare(campaign, POCKET)
+    hunted = worst_case.prepare(campaign, POCKET)
     for seed in (1, 2):
-        assert worst.worst(hunted, 20_000, seed, first_only=True).failing
+        assert worst_case.worst(hunted, 20_000, seed, first_only=True).failing
     arguments = ("--set", *POCKET, "--first", "--out", tmp_path / "worst", "--json")
     code, told, said = rvjax("worst", campaign, *arguments)
     assert code == 1, said
@@ -138,7 +139,7 @@ def test_a_million_samples_miss_the_pocket(campaign: Path, tmp_path: Path, reque
 
 def test_only_some_draws_vary_the_others_stay_at_their_medians(campaign: Path) -> None:
     """Kills: --vary that is ignored, others at random."""
-    some = worst.prepare(campaign, number=2, vary=["faults", "pursuer.mass_kg"])
+    some = worst_case.prepare(campaign, number=2, vary=["faults", "pursuer.mass_kg"])
     names = {one.variable for one in some.coordinates}
     assert names == {"pursuer.mass_kg", "faults.effectiveness.onset_s.fx", "faults.effectiveness.remaining.fx"}
     (case,) = some.fly(np.zeros((1, len(some.coordinates))))
@@ -152,7 +153,7 @@ def test_slopes_are_the_differences_of_flights(campaign: Path, number: int, full
     decides the margin, a sign, a coordinate whose tangent is that of its neighbour, samples with noise of their own."""
     if not full:
         pytest.skip("gradients through flights are tried with the searches: --long")
-    hunted = worst.prepare(campaign, POCKET, number)
+    hunted = worst_case.prepare(campaign, POCKET, number)
     rng = np.random.default_rng(5)
     z = 0.5 * rng.normal(size=len(hunted.coordinates))
     (case,) = hunted.fly(z[None])
@@ -161,23 +162,23 @@ def test_slopes_are_the_differences_of_flights(campaign: Path, number: int, full
     expected = (high - low) / 2e-4
     np.testing.assert_allclose(hunted.slope(case), expected, rtol=2e-3, atol=1e-5 * np.abs(expected).max())
     assert np.count_nonzero(expected) >= 6
-    settle = worst.prepare(campaign, ("require=[{metric: settling_time_s, below: 4, at_least: 0.5}]",))
+    settle = worst_case.prepare(campaign, ("require=[{metric: settling_time_s, below: 4, at_least: 0.5}]",))
     assert not settle.slope(settle.fly(z[None])[0]).any()
 
 
-def test_a_search_stays_in_its_ball_and_depends_on_its_seed_alone(hunt: worst.Hunt) -> None:
+def test_a_search_stays_in_its_ball_and_depends_on_its_seed_alone(hunt: worst_case.Hunt) -> None:
     """Kills: a radius that is not kept, a default without any bound."""
-    one, two, other = (worst.worst(hunt, 832, seed, radius=2.0) for seed in (1, 1, 2))
+    one, two, other = (worst_case.worst(hunt, 832, seed, radius=2.0) for seed in (1, 1, 2))
     assert one.history == two.history
     assert one.history != other.history
     assert one.worst.distance <= 2.0 + 1e-9
     assert one.flights == 832
-    usual = worst.worst(hunt, 832, 1)
+    usual = worst_case.worst(hunt, 832, 1)
     assert 2.0 < usual.worst.distance <= np.sqrt(stats.chi2.isf(1e-6, len(hunt.coordinates))) + 1e-9
     assert usual.worst.margin <= one.worst.margin
     assert all(later <= earlier for earlier, later in itertools.pairwise(usual.history))
     with pytest.raises(UsageError, match="both a radius and a box"):
-        worst.worst(hunt, 832, 1, radius=1.0, box=1.0)
+        worst_case.worst(hunt, 832, 1, radius=1.0, box=1.0)
 
 
 def test_mistakes_are_told(campaign: Path, rvjax: Run) -> None:

@@ -1,0 +1,167 @@
+"""How many samples a requirement needs, and how it will fare with them: exact, before anything flies.
+
+samples            smallest n with which k failures pass, k = 0, 1, …      P(X ≤ k) ≤ 1 − confidence, X ~ Bin(n, 1 − p₀)
+chances            P(PASS), P(FAIL), P(UNDECIDED) at a true share p; 1 − P(PASS) is the producer's risk where p is enough
+expected samples   of a sequential method that is looked at after every chunk
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from rvjax.analysis.verdicts.sentences import title
+from rvjax.errors import UsageError
+from rvjax.stats import e_boundary, schedule, sprt_boundary, verdict_chances, walk, wilks_smallest_n
+
+if TYPE_CHECKING:
+    from rvjax.campaign import Requirement
+    from rvjax.stats import Boundary
+
+FAILURES = (0, 1, 2, 3, 4, 5, 10)
+"""Allowed failures of the first table."""
+
+PARTS = (0.5, 0.25, 0.1)
+"""True failure rates that are shown where none is given, as parts of the one that is allowed."""
+
+MOST_FAILURES = 2_000
+"""Allowed failures up to which a plan with the wanted power is looked for."""
+
+BUDGET = 100_000
+"""Samples after which a sequential method counts as undecided, where the campaign does not say."""
+
+
+class Fate(NamedTuple):
+    """The chances of a verdict."""
+
+    passes: float
+    fails: float
+    undecided: float
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """n samples, of which up to `failures` may fail for PASS; chances: at each true share."""
+
+    failures: int
+    n: int
+    chances: tuple[Fate, ...]
+
+
+@dataclass(frozen=True)
+class Running:
+    """A sequential method at a true share, looked at after every chunk of `every` samples, at most `budget`."""
+
+    method: str
+    true: float
+    every: int
+    budget: int
+    passes: float
+    fails: float
+    undecided: float
+    samples: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """limit: the share that has to comply. trues: the true shares that everything is shown for. enough: the smallest fixed plan
+    with the wanted power at the first of them, None where there is none below `MOST_FAILURES` allowed failures."""
+
+    limit: float
+    confidence: float
+    power: float
+    trues: tuple[float, ...]
+    fixed: tuple[Fixed, ...]
+    enough: Fixed | None
+    running: tuple[Running, ...]
+
+
+def plan(
+    limit: float,
+    confidence: float = 0.95,
+    trues: Sequence[float] = (),
+    power: float = 0.9,
+    expected: float | None = None,
+    every: int = 416,
+    budget: int = BUDGET,
+) -> Plan:
+    """The plan of a requirement on a share. limit: required. trues: shares that may be true, above it; by default three of them.
+    expected: of an SPRT, which is shown where it is given. UsageError names every number that is none."""
+    _check(limit, confidence, trues, power, expected)
+    shown = _shown(limit, trues)
+    fixed = tuple(_fixed(limit, confidence, k, shown) for k in FAILURES)
+    running = [
+        _running("sequential", e_boundary(schedule(budget, every), limit, 1 - confidence), p, every, budget) for p in shown
+    ]
+    if expected is not None:
+        boundary = sprt_boundary(schedule(budget, every), limit, expected, 1 - confidence, 1 - power)
+        running += [_running("sprt", boundary, p, every, budget) for p in shown]
+    return Plan(limit, confidence, power, shown, fixed, _enough(limit, confidence, shown, power), tuple(running))
+
+
+def of_requirement(requirement: Requirement, samples: int, trues: Sequence[float], every: int) -> tuple[Running, ...]:
+    """What comes of a requirement of a campaign with its own method and number of samples, at shares that may be true."""
+    limit, confidence = requirement.limit, requirement.confidence
+    shown = _shown(limit, trues)
+    if requirement.mean:
+        raise UsageError(f"{title(requirement)}: what comes of a mean depends on its law; accepted: requirements on shares")
+    if requirement.method == "fixed":
+        found = [(p, _fate(samples, limit, confidence, p)) for p in shown]
+        return tuple(Running("fixed", p, samples, samples, *one, float(samples)) for p, one in found)
+    looks = schedule(samples, every)
+    if requirement.method == "sequential":
+        boundary = e_boundary(looks, limit, 1 - confidence)
+    else:
+        boundary = sprt_boundary(looks, limit, requirement.design, 1 - confidence, 1 - requirement.strength)
+    return tuple(_running(requirement.method, boundary, p, every, samples) for p in shown)
+
+
+def _shown(limit: float, trues: Sequence[float]) -> tuple[float, ...]:
+    """The true shares to show everything for."""
+    return tuple(trues) or tuple(1.0 - part * (1.0 - limit) for part in PARTS)
+
+
+def _fixed(limit: float, confidence: float, failures: int, trues: Sequence[float]) -> Fixed:
+    n = wilks_smallest_n(limit, confidence, failures)
+    return Fixed(failures, n, tuple(_fate(n, limit, confidence, p) for p in trues))
+
+
+def _fate(n: int, limit: float, confidence: float, true: float) -> Fate:
+    found = verdict_chances(n, limit, confidence, true)
+    return Fate(float(found.passes), float(found.fails), float(found.undecided))
+
+
+def _enough(limit: float, confidence: float, trues: Sequence[float], power: float) -> Fixed | None:
+    """The first k whose plan passes with the power at the first true share; the chance rises with k but for small waves."""
+    low, high = 0, 1
+    while high <= MOST_FAILURES and _passes(limit, confidence, high, trues[0]) < power:
+        low, high = high, 2 * high
+    if high > MOST_FAILURES:
+        return None
+    ks = [k for k in range(low, high + 1) if _passes(limit, confidence, k, trues[0]) >= power]
+    return _fixed(limit, confidence, ks[0], trues)
+
+
+def _passes(limit: float, confidence: float, failures: int, true: float) -> float:
+    return _fate(wilks_smallest_n(limit, confidence, failures), limit, confidence, true).passes
+
+
+def _running(method: str, boundary: Boundary, true: float, every: int, budget: int) -> Running:
+    found = walk(true, boundary)
+    return Running(method, true, every, budget, found.passes, found.fails, found.undecided, found.samples)
+
+
+def _check(limit: float, confidence: float, trues: Sequence[float], power: float, expected: float | None) -> None:
+    wrong: list[str] = []
+    if not 0.0 < limit < 1.0:
+        wrong.append(f"--at-least {limit:g}; accepted: a share between 0 and 1")
+    if not 0.5 <= confidence < 1.0:
+        wrong.append(f"--confidence {confidence:g}; accepted: at least 0.5, below 1")
+    if not 0.5 <= power < 1.0:
+        wrong.append(f"--power {power:g}; accepted: at least 0.5, below 1")
+    for name, share in (*(("--true", true) for true in trues), *(() if expected is None else (("--expected", expected),))):
+        if not limit < share < 1.0:
+            wrong.append(f"{name} {share:g}; accepted: a share above the {limit:g} that is required, below 1")
+    if wrong:
+        raise UsageError("\n".join(wrong))

@@ -1,0 +1,116 @@
+"""A requirement on the mean of a metric: empirical-Bernstein bounds where its range is stated, else an approximate interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
+from scipy import special  # pyright: ignore[reportMissingTypeStubs]
+
+from rvjax.analysis.verdicts import sentences
+from rvjax.analysis.verdicts.compliance import Reading
+from rvjax.analysis.verdicts.verdict import Verdict, Word
+from rvjax.columns import Column
+from rvjax.stats import Estimate, bernstein_bounds, mean_interval
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from rvjax.campaign import Requirement
+
+FEW = 5_000
+"""Up to so many values a mean without a range has a bootstrap interval; above, the central limit theorem is as good."""
+
+Moments = tuple[int, float, float]
+"""Number, mean, and sum of squared deviations from it."""
+
+
+class MeanTally:
+    """Mean and spread of a metric over a class of samples, chunk by chunk."""
+
+    def __init__(self, requirement: Requirement) -> None:
+        self.requirement = requirement
+        self.reading = Reading(requirement)
+        self._moments: dict[int, Moments] = {}
+        self._values: dict[int, NDArray[np.float64]] | None = {} if requirement.range is None else None
+        self._lost = self._outside = self._complying = 0
+
+    def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
+        """Takes in the samples of chunks; a value that is not finite counts as the worse end of the range."""
+        values, chosen = self.reading.values(frame, columns), self.reading.chosen(frame)
+        samples = frame["sample"].to_numpy()
+        for first, behind in pairwise((*begins, len(frame))):
+            if behind > first:
+                self._add(int(samples[first]), values[first:behind][chosen[first:behind]])
+
+    def _add(self, first: int, values: NDArray[np.float64]) -> None:
+        requirement = self.requirement
+        self._complying += int(np.count_nonzero(self.reading.comply(values)))
+        low, high = requirement.range or (-math.inf, math.inf)
+        bad = ~np.isfinite(values)
+        self._lost += int(np.count_nonzero(bad))
+        values = np.where(bad, high if requirement.below is not None else low, values)
+        self._outside += int(np.count_nonzero((values < low) | (values > high)))
+        if not values.size:
+            return
+        if np.isfinite(values).all():
+            mean = float(values.mean())
+            self._moments[first] = (values.size, mean, float(np.square(values - mean).sum()))
+        else:
+            self._moments[first] = (values.size, float(values[~np.isfinite(values)][0]), 0.0)
+        if self._values is not None:
+            self._values[first] = values
+            if sum(map(len, self._values.values())) > FEW:
+                self._values = None
+
+    def decided(self) -> bool:
+        """Never before the end: it is judged once."""
+        return False
+
+    def verdict(self) -> Verdict:
+        """What the samples taken in so far say."""
+        requirement = self.requirement
+        limit = requirement.below if requirement.below is not None else requirement.above
+        assert limit is not None, "checked on loading"
+        estimate = self._estimate()
+        good = estimate.high < limit if requirement.below is not None else estimate.low > limit
+        bad = estimate.low >= limit if requirement.below is not None else estimate.high <= limit
+        word: Word = "UNDECIDED" if self._outside or not estimate.n else "PASS" if good else "FAIL" if bad else "UNDECIDED"
+        text = sentences.of_mean(requirement, estimate, self.reading.unit, self._outside, self._lost)
+        return Verdict(
+            requirement, word, self._complying, estimate.n, limit, estimate, None, None, f"{word}: {text}", self.reading.unit
+        )
+
+    def _estimate(self) -> Estimate:
+        confidence = self.requirement.confidence
+        n, mean, squares = _merged([self._moments[first] for first in sorted(self._moments)])
+        if self.requirement.range is not None:
+            low, high = bernstein_bounds(n, mean, squares / (n - 1) if n > 1 else 0.0, *self.requirement.range, confidence)
+            return Estimate(mean, low, high, n, confidence, "empirical Bernstein, each bound one-sided")
+        if self._values is not None:
+            values = [self._values[first] for first in sorted(self._values)]
+            found = mean_interval(np.concatenate(values) if values else np.empty(0), 2.0 * confidence - 1.0)
+            return Estimate(found.value, found.low, found.high, n, confidence, f"approximate: {found.method}")
+        if not math.isfinite(mean):
+            return Estimate(mean, mean, mean, n, confidence, "approximate: the mean of values that are not finite")
+        half = float(special.ndtri(confidence)) * math.sqrt(squares / (n - 1) / n)
+        return Estimate(mean, mean - half, mean + half, n, confidence, "approximate: central limit theorem")
+
+
+def _merged(parts: list[Moments]) -> Moments:
+    """Of all parts together. Source: T. F. Chan, G. H. Golub & R. J. LeVeque (1983)."""
+    n, mean, squares = 0, math.nan, 0.0
+    for count, own, spread in parts:
+        if not n:
+            n, mean, squares = count, own, spread
+            continue
+        if not (math.isfinite(mean) and math.isfinite(own)):
+            n, mean = n + count, mean if not math.isfinite(mean) else own
+            continue
+        total, step = n + count, own - mean
+        mean, squares, n = mean + step * count / total, squares + spread + step * step * n * count / total, total
+    return n, mean, squares

@@ -1,0 +1,156 @@
+"""Sentences of verdicts. Bounds are rounded outwards, to the digits that tell them from what is required."""
+
+from __future__ import annotations
+
+import math
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
+from typing import TYPE_CHECKING
+
+from rvjax.analysis.verdicts.verdict import Evidence
+
+if TYPE_CHECKING:
+    from rvjax.campaign import Requirement
+    from rvjax.stats import Estimate
+
+MANY = 10**9
+"""More samples than this are not suggested."""
+
+
+def success_of(requirement: Requirement, unit: str = "") -> str:
+    """What a sample has to do to comply, in words: settling_time_s below 150 s. unit: of the metric."""
+    never = "not " if requirement.at_most is not None else ""
+    return f"{never}{condition(requirement, unit)}{_of_class(requirement)}"
+
+
+def title(requirement: Requirement) -> str:
+    """The requirement in few words: its name, or its form."""
+    if requirement.name:
+        return requirement.name
+    what = condition(requirement, "")
+    if requirement.quantile is not None:
+        what = f"{requirement.quantile:g} quantile of {what}"
+    elif requirement.mean:
+        what = f"mean of {what}"
+    elif requirement.at_most is not None:
+        what = f"{what}: at most {requirement.at_most:g}"
+    else:
+        what = f"{what}: at least {requirement.limit:g}"
+    return what + _of_class(requirement)
+
+
+def of_share(requirement: Requirement, successes: int, share: Estimate, quantity: Estimate | None, unit: str) -> str:
+    """How many samples comply, what their share is at least and at most, and what is required."""
+    percent = _percentages(requirement.limit, share)
+    observed = f" ({percent[3]})" if share.n else ""
+    confidence = f"with {100 * share.confidence:.6g} % confidence"
+    whenever = " whenever one stops" if requirement.method != "fixed" else ""
+    never = "not " if requirement.at_most is not None else ""
+    text = (
+        f"{_start(requirement)}{never}{condition(requirement, unit)} in {successes} of {share.n} samples{_of_class(requirement)}"
+        f"{observed}. The share is at least {percent[1]} and at most {percent[2]}, each {confidence}{whenever}; "
+        f"required is {percent[0]}."
+    )
+    if quantity is not None:
+        low, high = number(quantity.low, unit, ROUND_FLOOR), number(quantity.high, unit, ROUND_CEILING)
+        middle = number(quantity.value, unit)
+        text += f" The {requirement.quantile:g}-quantile is {middle}; at least {low} and at most {high}, each {confidence}."
+    return text
+
+
+def of_mean(requirement: Requirement, mean: Estimate, unit: str, outside: int, lost: int) -> str:
+    """The mean, its bounds and what is required."""
+    low, high = number(mean.low, unit, ROUND_FLOOR), number(mean.high, unit, ROUND_CEILING)
+    confidence = f"with {100 * mean.confidence:.6g} % confidence"
+    if requirement.range is None:
+        confidence += " (approximate: its range is not stated)"
+    side, value = _side(requirement)
+    text = (
+        f"{_start(requirement)}mean of {_metric(requirement)} over {mean.n} samples{_of_class(requirement)}: "
+        f"{number(mean.value, unit)}; at least {low} and at most {high}, each {confidence}; "
+        f"required is {side} {number(value, unit)}."
+    )
+    if lost:
+        text += f" {lost} that ended not finite count as the worst value."
+    if outside and requirement.range is not None:
+        ends = " to ".join(number(end, unit) for end in requirement.range)
+        text += f" {outside} values lie outside the stated range of {ends}, so nothing holds; state a range that all values keep."
+    return text
+
+
+def outlook(requirement: Requirement, n: int, more: int | None) -> str:
+    """What would decide."""
+    if requirement.method == "sprt":
+        return "More samples would decide; go on with a larger --samples."
+    if more is None:
+        return f"The share is so close to what is required that more than {MANY:,} further samples would be needed."
+    about = f"About {more:,} more samples would decide if the share stayed the same"
+    if requirement.method == "sequential":
+        return f"{about}; go on with a larger --samples."
+    return f"{about}; fly {n + more:,} anew under another seed, since a fixed number may be judged only once."
+
+
+def stopped(requirement: Requirement, evidence: Evidence) -> str:
+    """Where a sequential method decided, and with how much evidence."""
+    assert evidence.decided is not None
+    at = evidence.decided
+    passing = evidence.passing[at] >= evidence.needed_pass
+    found, needed = (evidence.passing, evidence.needed_pass) if passing else (evidence.failing, evidence.needed_fail)
+    decided = f"Decided at {evidence.samples[at]:,} samples with evidence {_power(found[at])}, needed {_power(needed)}."
+    if requirement.method == "sprt":
+        ends = (requirement.design, requirement.limit)
+        likelier, other = ends if passing else ends[::-1]
+        return f"{decided} The share is rather {100 * likelier:.6g} % than {100 * other:.6g} %."
+    return decided
+
+
+def _power(logarithm: float) -> str:
+    """e^x in few digits, whatever x is."""
+    return f"{math.exp(logarithm):.3g}" if abs(logarithm) < 100 else f"10^{logarithm / math.log(10):.0f}"
+
+
+def _start(requirement: Requirement) -> str:
+    return f"{requirement.name}: " if requirement.name else ""
+
+
+def _metric(requirement: Requirement) -> str:
+    return requirement.metric + (f" ({requirement.channel})" if requirement.channel else "")
+
+
+def _side(requirement: Requirement) -> tuple[str, float]:
+    return ("below", requirement.below) if requirement.below is not None else ("above", requirement.above or 0.0)
+
+
+def condition(requirement: Requirement, unit: str) -> str:
+    """settling_time_s below 200 s."""
+    if requirement.below is None and requirement.above is None:
+        return _metric(requirement)
+    side, value = _side(requirement)
+    return f"{_metric(requirement)} {side} {number(value, unit)}"
+
+
+def _of_class(requirement: Requirement) -> str:
+    said = " and ".join(f"{draw} {condition}" for draw, condition in requirement.where.items())
+    return f" with {said}" if said else ""
+
+
+def _percentages(limit: float, share: Estimate) -> list[str]:
+    """The limit, the share's lower bound, rounded down, its upper one, rounded up, and its value in percent.
+
+    With the decimals (2 to 8) that it takes to tell them from the limit.
+    """
+    gaps = [abs(100 * (end - limit)) for end in (share.low, share.high, share.value) if abs(end - limit) > 1e-9]
+    place = Decimal(1).scaleb(-min(max([2, *(math.ceil(-math.log10(gap)) + 1 for gap in gaps)]), 8))
+    ends = ((limit, ROUND_HALF_EVEN), (share.low, ROUND_FLOOR), (share.high, ROUND_CEILING), (share.value, ROUND_HALF_EVEN))
+    return [f"{_rounded(100 * end, place, way)} %" for end, way in ends if not math.isnan(end)]
+
+
+def _rounded(value: float, place: Decimal, way: str) -> Decimal:
+    """A number to a decimal place; what the 15th digit of it is off by is no reason to go one further."""
+    return Decimal(f"{value:.14g}").quantize(place, rounding=way)
+
+
+def number(value: float, unit: str, way: str = ROUND_HALF_EVEN) -> str:
+    """A number to four digits with its unit."""
+    if value and math.isfinite(value):
+        value = float(_rounded(value, Decimal(1).scaleb(math.floor(math.log10(abs(value))) - 3), way))
+    return f"{value:.4g} {unit}" if unit not in ("", "1") else f"{value:.4g}"

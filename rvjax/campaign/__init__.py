@@ -1,0 +1,38 @@
+"""A campaign file, parsed once into something that cannot be wrong: frozen, in SI, free of JAX."""
+
+from __future__ import annotations
+
+from rvjax.campaign.choice import Choice
+from rvjax.campaign.csv_columns import Series
+from rvjax.campaign.fields import Model, channels, count, flag, number, option, part, retuned, scalar, series, validate, vector
+from rvjax.campaign.json_schema import schema
+from rvjax.campaign.model import Spec, load, parse
+from rvjax.campaign.quantity import Quantity
+from rvjax.campaign.requirement import Requirement
+from rvjax.campaign.source import Source
+from rvjax.campaign.trace_retention import Keep
+
+__all__ = [
+    "Choice",
+    "Keep",
+    "Model",
+    "Quantity",
+    "Requirement",
+    "Series",
+    "Source",
+    "Spec",
+    "channels",
+    "count",
+    "flag",
+    "load",
+    "number",
+    "option",
+    "parse",
+    "part",
+    "retuned",
+    "scalar",
+    "schema",
+    "series",
+    "validate",
+    "vector",
+]

@@ -1,0 +1,185 @@
+"""Actuators of a campaign: a wrench with limits on its six channels, or thrusters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonSchema, field_validator, model_validator
+
+from rvjax.campaign.distributions import Fixed
+from rvjax.campaign.fields import Model, channels, number, option, part, scalar
+from rvjax.campaign.plain_values import describe, is_list, is_mapping, is_number
+from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.quantity import Quantity
+from rvjax.campaign.thruster_layout import FEWEST, LAYOUTS, MOST, Layout, Margin, limits, margins, rank
+from rvjax.columns import CHANNELS
+
+
+class Actuators(Model):
+    """−lower ≤ commanded wrench ≤ upper on each channel, each of the twelve limits times its own draw of spread."""
+
+    upper: Quantity = channels("N, N·m", above=0.0, doc="upper limits")
+    lower: Quantity = channels("N, N·m", above=0.0, doc="lower limits, as positive numbers")
+    spread: Quantity = scalar("1", default=1.0, above=0.0, doc="factor on each limit, drawn independently for each")
+
+    @property
+    def losses(self) -> list[Margin]:
+        """Nothing is left of a lost channel."""
+        return []
+
+    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
+        """With the spread of each of the twelve limits: `spread.upper` and `spread.lower`."""
+        six = replace(self.spread, shape="channels", parts=self.spread.parts * 6)
+        limits = {"upper": self.upper, "lower": self.lower, "spread.upper": six, "spread.lower": six}
+        yield from ((prefix + name, quantity) for name, quantity in limits.items())
+
+
+def _triple(raw: Any) -> tuple[float, float, float]:
+    if not is_list(raw) or len(raw) != 3 or not all(is_number(item) for item in raw):
+        refuse(Problem(f"found {describe(raw)}", "accepted: a list of 3 numbers"))
+    x, y, z = map(float, raw)
+    return x, y, z
+
+
+_TRIPLE = WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3})
+Triple = Annotated[tuple[float, float, float], BeforeValidator(_triple), _TRIPLE]
+
+
+class Thruster(Model):
+    """One thruster: it pushes the spacecraft at `at_m` along `along`, between nothing and `max_N`."""
+
+    at_m: Triple = option(doc="place from the reference point, in the pursuer's frame [m]")
+    along: Triple = option(doc="direction of the force on the spacecraft, of any length but 0")
+    max_N: float = number("N", above=0.0, doc="largest thrust")
+
+    @field_validator("along")
+    @classmethod
+    def _direction(cls, along: Triple) -> Triple:
+        if not 1e-100 < math.hypot(*along) < 1e100:
+            refuse(Problem(f"its length is {math.hypot(*along):g}", "accepted: a direction"))
+        return along
+
+
+class Thrusters(Model):
+    """Thrusters, which only push: a named layout with size_m and max_N, or a list of them. See `rvjax explain layout`."""
+
+    use: Literal["thrusters"] = option(doc="thrusters; without this key: a wrench with upper and lower limits")
+    layout: Literal["cube-24", "pinwheel-12"] | None = option(default=None, doc="where the thrusters are; or else `thrusters`")
+    size_m: float | None = number("m", default=None, above=0.0, doc="edge of the cube of a layout")
+    max_N: float | None = number("N", default=None, above=0.0, doc="largest thrust of each thruster of a layout")
+    thrusters: tuple[Thruster, ...] = part(default=[], doc=f"{FEWEST} to {MOST} thrusters of one's own")
+    allocation: Literal["bounded-least-squares", "pseudo-inverse"] = option(
+        default="bounded-least-squares", doc="how the commanded wrench becomes thrusts"
+    )
+    centre: float = number(
+        "1", default=0.5, at_least=0.0, at_most=1.0, doc="of the pseudo-inverse: thrust without a command, of the largest one"
+    )
+    spread: Quantity = scalar("1", default=1.0, above=0.0, doc="factor on each largest thrust, drawn independently for each")
+    least_margin: float | None = number(
+        "1",
+        default=None,
+        at_least=0.0,
+        at_most=1.0,
+        doc="part of every limit that must be left without any one thruster",
+    )
+
+    @model_validator(mode="after")
+    def _able(self) -> Self:
+        self._said_once()
+        at: tuple[str, ...] = ("thrusters",) if self.thrusters else ("layout",)
+        layout = self.geometry
+        if (found := rank(layout)) < 6:
+            refuse(Problem(f"these thrusters span {found} of the six directions of force and torque", "accepted: all six", at))
+        sides = zip((*("+" + name for name in CHANNELS), *("-" + name for name in CHANNELS)), _both(layout), strict=True)
+        if missing := [side for side, limit in sides if limit <= 0.0]:
+            found = f"with the other five channels zero these thrusters cannot give {', '.join(missing)}"
+            refuse(Problem(found, "accepted: thrusters that, only pushing, give a wrench in every direction", at))
+        if self.least_margin is not None:
+            worst = min(margins(layout), key=lambda margin: margin.share)
+            if worst.share < self.least_margin:
+                found = f"without {worst.lost} only {worst.share:.3g} of the limit {worst.channel} is left"
+                refuse(Problem(found, "accepted: a least margin that every single loss leaves", ("least_margin",)))
+        return self
+
+    def _said_once(self) -> None:
+        own = {"size_m": self.size_m, "max_N": self.max_N}
+        if (self.layout is None) == (not self.thrusters):
+            found = "both layout and thrusters" if self.thrusters else "neither layout nor thrusters"
+            refuse(Problem(found, "accepted: one of them", ("thrusters",), at_key=True))
+        if self.layout is not None:
+            missing = [key for key, value in own.items() if value is None]
+            if missing:
+                accepted = "accepted: size_m and max_N of a layout"
+                refuse(*(Problem("missing", accepted, (key,), at_key=True) for key in missing))
+            return
+        if unused := [key for key, value in own.items() if value is not None]:
+            accepted = "accepted: none, every thruster has its own place and max_N"
+            refuse(*(Problem(f"{key} beside a list of thrusters", accepted, (key,), at_key=True) for key in unused))
+        if not FEWEST <= len(self.thrusters) <= MOST:
+            refuse(Problem(f"found {len(self.thrusters)} thrusters", f"accepted: {FEWEST} to {MOST}", ("thrusters",)))
+
+    @property
+    def geometry(self) -> Layout:
+        """Where the thrusters are and what they give at most, nominally."""
+        if self.layout is not None:
+            assert self.size_m is not None
+            assert self.max_N is not None
+            return LAYOUTS[self.layout](self.size_m, self.max_N)
+        along = [np.array(one.along) / math.hypot(*one.along) for one in self.thrusters]
+        return Layout(
+            tuple(one.at_m for one in self.thrusters),
+            tuple((float(x), float(y), float(z)) for x, y, z in along),
+            tuple(one.max_N for one in self.thrusters),
+        )
+
+    @property
+    def losses(self) -> list[Margin]:
+        """What is left after the loss of each single thruster."""
+        return list(margins(self.geometry))
+
+    @property
+    def upper(self) -> Quantity:
+        """Nominal upper limits of the channels."""
+        return self._limit(0, "upper limits")
+
+    @property
+    def lower(self) -> Quantity:
+        """Nominal lower limits of the channels, as positive numbers."""
+        return self._limit(1, "lower limits, as positive numbers")
+
+    def _limit(self, side: int, doc: str) -> Quantity:
+        return Quantity("channels", tuple(map(Fixed, limits(self.geometry)[side])), None, "N, N·m", doc)
+
+    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
+        """The spread of each thruster."""
+        yield f"{prefix}spread", replace(self.spread, shape="thrusters", parts=self.spread.parts * len(self.geometry.most))
+
+
+def _both(layout: Layout) -> tuple[float, ...]:
+    upper, lower = limits(layout)
+    return (*upper, *lower)
+
+
+def _form(raw: Any, info: ValidationInfo) -> Any:
+    """The model that an entry belongs to: thrusters where it says `use`."""
+    if isinstance(raw, Model):
+        return raw
+    form = Thrusters if is_mapping(raw) and "use" in raw else Actuators
+    return form.model_validate(raw, context=info.context)
+
+
+AnyActuators = Annotated[Actuators | Thrusters, BeforeValidator(_form)]
+
+
+def actuator_names(raw: Any) -> tuple[str, ...]:
+    """The names of what may fail, of what a campaign says of its actuators; empty where that is wrong, so that nobody knows."""
+    if not is_mapping(raw) or "use" not in raw:
+        return CHANNELS
+    try:
+        return Thrusters.model_validate(raw).geometry.names
+    except ValidationError:
+        return ()

@@ -1,0 +1,310 @@
+"""How a campaign writes a quantity: a number is fixed, a one-key mapping is a distribution.
+
+A vector is a list of three of them, a joint distribution (box, ball, direction, …), or one of them for every component,
+drawn independently. Channels are a list of six, one for every channel, or `{force: …, torque: …}`, each a list of three
+or one for all three. Thrusters are a list of as many as there are, or one for every thruster.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from rvjax.campaign.csv_files import CsvFile
+from rvjax.campaign.distributions import (
+    Attitude,
+    Ball,
+    Beta,
+    Direction,
+    Distribution,
+    Empirical,
+    Exponential,
+    Fixed,
+    HalfNormal,
+    JointDistribution,
+    LogNormal,
+    LogUniform,
+    Normal,
+    Pick,
+    Poisson,
+    Triangular,
+    TruncatedNormal,
+    Uniform,
+    VonMisesFisher,
+    Weibull,
+)
+from rvjax.campaign.distributions.interface import ABOVE_ZERO
+from rvjax.campaign.plain_values import Place, describe, is_list, is_mapping, is_number, shorten
+from rvjax.campaign.problems import Problem
+from rvjax.campaign.quantity import Shape
+
+LAWS: dict[str, tuple[tuple[str, ...], Callable[..., Distribution]]] = {
+    "uniform": (("low", "high"), Uniform),
+    "normal": (("mean", "sd"), Normal),
+    "truncated_normal": (("mean", "sd", "low", "high"), TruncatedNormal),
+    "log_uniform": (("low", "high"), LogUniform),
+    "half_normal": (("sd",), HalfNormal),
+    "log_normal": (("median", "sigma_log"), LogNormal),
+    "triangular": (("low", "mode", "high"), Triangular),
+    "beta": (("a", "b", "low", "high"), Beta),
+    "exponential": (("mean",), Exponential),
+    "weibull": (("scale", "shape"), Weibull),
+    "poisson": (("mean",), Poisson),
+}
+"""By the word in a campaign: its parameters in order, and what they make. `choice` takes a list of any length."""
+
+RADIAL: dict[str, Callable[[float], JointDistribution]] = {"ball": Ball, "direction": Direction}
+"""Laws of a vector that take a radius, by the word in a campaign."""
+
+ABOUT = ("mean", "kappa", "radius")
+"""What `von_mises_fisher` takes."""
+
+SCALAR_WORDS = (*LAWS, "choice", "table")
+VECTOR_WORDS = ("box", *RADIAL, "von_mises_fisher", "rotation")
+"""`box` is three independent uniform distributions."""
+
+NOTHING = Fixed(0.0)
+"""Stands where a problem was found."""
+
+
+@dataclass(frozen=True)
+class Range:
+    """What a number may be, in the unit of its key; a distribution must lie inside with its whole support."""
+
+    at_least: float | None = None
+    above: float | None = None
+    at_most: float | None = None
+    below: float | None = None
+
+    def admits(self, low: float, high: float) -> bool:
+        """Whether every number from low to high is accepted."""
+        return (
+            (self.at_least is None or low >= self.at_least)
+            and (self.above is None or low > self.above)
+            and (self.at_most is None or high <= self.at_most)
+            and (self.below is None or high < self.below)
+        )
+
+    def words(self, unit: str) -> str:
+        """`at least 0 and below 1 kg`; empty where every number is accepted."""
+        bounds = (("at least", self.at_least), ("above", self.above), ("at most", self.at_most), ("below", self.below))
+        return " and ".join(f"{words} {with_unit(f'{value:g}', unit)}" for words, value in bounds if value is not None)
+
+
+def with_unit(text: str, unit: str, between: str = " ") -> str:
+    """`3 kg`; where there is no unit or not the same for all components, there is none to show."""
+    return text if unit == "1" or "," in unit else f"{text}{between}{unit}"
+
+
+def forms() -> dict[str, tuple[str, type[Any]]]:
+    """Every word of a distribution: how a campaign writes it, and the class that it means."""
+    scalars = {word: (names[0] if len(names) == 1 else f"[{', '.join(names)}]", law) for word, (names, law) in LAWS.items()}
+    others: dict[str, tuple[str, Any]] = {
+        "choice": ("[value, …] or {values: [value, …], weights: [weight, …]}", Pick),
+        "table": ("{csv: file, column: name}, also with interpolate: true", Empirical),
+        **{word: ("radius", law) for word, law in RADIAL.items()},
+        "von_mises_fisher": ("{mean: [x, y, z], kappa: k, radius: r}", VonMisesFisher),
+        "rotation": ("uniform", Attitude),
+    }
+    return {word: (f"{{{word}: {form}}}", cast("type[Any]", law)) for word, (form, law) in (scalars | others).items()}
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """`did you mean mass_kg?` or else the list of what is known."""
+    names = list(known)
+    near = difflib.get_close_matches(word[:64], names, n=1, cutoff=0.7)
+    return f"did you mean {near[0]}?" if near else f"accepted: {', '.join(names) or 'none'}"
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Reads one quantity in the unit `unit` and collects every problem on the way, each at its own place."""
+
+    unit: str
+    range: Range
+    problems: list[Problem] = field(default_factory=list[Problem])
+
+    def quantity(self, shape: Shape, raw: Any, thrusters: int = 0) -> tuple[tuple[Distribution, ...], JointDistribution | None]:
+        """Parts and joint distribution of a quantity; worth nothing if problems were found."""
+        if shape == "thrusters":
+            return self.parts(raw, thrusters, ()), None
+        if shape == "scalar":
+            return (self.scalar(raw, ()),), None
+        if shape == "channels":
+            return self.channels(raw), None
+        if is_mapping(raw) and len(raw) == 1:
+            ((word, given),) = raw.items()
+            if word == "box":
+                return self.box(given, (word,)), None
+            if word in VECTOR_WORDS:
+                return (), self.joint(word, given, (word,))
+        return self.parts(raw, 3, (), VECTOR_WORDS), None
+
+    def channels(self, raw: Any) -> tuple[Distribution, ...]:
+        """A list of six, one scalar for every channel, or `{force: …, torque: …}`."""
+        halves = {"force", "torque"}
+        if not is_mapping(raw) or not raw.keys() & halves:
+            return self.parts(raw, 6, (), extra=("force and torque",))
+        for key in sorted(raw.keys() ^ halves):
+            self.refuse((key,), "unknown key" if key in raw else "missing", "accepted: force and torque, both", at_key=True)
+        return tuple(part for key in sorted(halves & raw.keys()) for part in self.parts(raw[key], 3, (key,)))
+
+    def parts(self, raw: Any, count: int, place: Place, extra: tuple[str, ...] = ()) -> tuple[Distribution, ...]:
+        """A list of `count` scalars, or one scalar for all of them; `extra`: words that the whole may also be."""
+        if not is_list(raw):
+            return (self.scalar(raw, place, extra),) * count
+        if len(raw) != count:
+            self.refuse(place, f"found {describe(raw)}", f"accepted: a list of {count}, or one number or distribution for all")
+        return tuple(self.scalar(item, (*place, index)) for index, item in enumerate(raw))
+
+    def scalar(self, raw: Any, place: Place, extra: tuple[str, ...] = ()) -> Distribution:
+        """A number, or a one-key mapping that is a distribution."""
+        if is_number(raw):
+            return self.checked("", lambda: Fixed(float(raw)), place)
+        if not is_mapping(raw) or len(raw) != 1:
+            words = ", ".join((*SCALAR_WORDS, *extra))
+            return self.refuse(
+                place,
+                f"found {describe(raw)}",
+                f"accepted: {with_unit('a number', self.unit, ' in ')} or one of {words}",
+            )
+        ((word, given),) = raw.items()
+        at = (*place, word)
+        if word == "choice":
+            return self.choice(given, at)
+        if word == "table":
+            return self.table(given, at)
+        if word in LAWS:
+            names, law = LAWS[word]
+            values = self.numbers(given, names, at)
+            return self.checked(word, lambda: law(*values), at) if values else NOTHING
+        if word in VECTOR_WORDS:
+            return self.refuse(at, f"{word} is for a whole vector", f"accepted: {', '.join(SCALAR_WORDS)}", at_key=True)
+        return self.refuse(at, "unknown distribution", did_you_mean(word, (*SCALAR_WORDS, *extra)), at_key=True)
+
+    def choice(self, given: Any, place: Place) -> Distribution:
+        """A list of values, or `{values: […], weights: […]}`."""
+        if not is_mapping(given):
+            values = self.numbers(given, None, place)
+            return self.checked("choice", lambda: Pick.of(values), place) if values else NOTHING
+        if given.keys() != {"values", "weights"}:
+            return self.refuse(place, f"found {describe(given)}", "accepted: a list, or values and weights")
+        values = self.numbers(given["values"], None, (*place, "values"))
+        weights = self.numbers(given["weights"], None, (*place, "weights"))
+        return self.checked("choice", lambda: Pick.of(values, weights), place) if values and weights else NOTHING
+
+    def table(self, given: Any, place: Place) -> Distribution:
+        """`{csv: file, column: name}`, whose file has been read; also with `interpolate: true`."""
+        keys = given.keys() if is_mapping(given) else set[str]()
+        if not {"csv", "column"} <= keys <= {"csv", "column", "interpolate"}:
+            return self.refuse(place, f"found {describe(given)}", "accepted: csv and column, also with interpolate: true")
+        file, name, smooth = given["csv"], given["column"], given.get("interpolate", False)
+        if not isinstance(smooth, bool):
+            return self.refuse((*place, "interpolate"), f"found {describe(smooth)}", "accepted: true or false")
+        if not isinstance(name, str):
+            return self.refuse((*place, "column"), f"found {describe(name)}", "accepted: the name of a column")
+        if not isinstance(file, CsvFile) or not file.readable:  # there is a finding about it already
+            return NOTHING
+        if name not in file.names:
+            found = f"{file.name} has no column {shorten(name)}"
+            return self.refuse((*place, "csv"), found, did_you_mean(name, file.names), at_key=True)
+        try:
+            values = file.column(name)
+        except ValueError as error:
+            return self.refuse((*place, "csv"), str(error), "accepted: a number in every row", at_key=True)
+        return self.checked("table", lambda: Empirical.of(values, smooth), place)
+
+    def box(self, given: Any, place: Place) -> tuple[Distribution, ...]:
+        """Independent uniform numbers on ± the half side of each axis."""
+        given = given if is_list(given) else [given] * 3
+        halves = self.numbers(given, ("x", "y", "z"), place)
+        if min(halves, default=0.0) < 0.0:
+            self.refuse(place, "a half side below 0", "accepted: at least 0")
+            return ()
+        return tuple(
+            self.checked("box", lambda half=half: Uniform(-half, half) if half else Fixed(0.0), place) for half in halves
+        )
+
+    def joint(self, word: str, given: Any, place: Place) -> JointDistribution | None:
+        """`{ball: radius}`, `{direction: radius}`, `{von_mises_fisher: {…}}` or, of an attitude, `{rotation: uniform}`."""
+        if word == "rotation":
+            return self.rotation(given, place)
+        if word == "von_mises_fisher":
+            return self.about(given, place)
+        radius = self.radius(word, given, place)
+        return RADIAL[word](radius) if radius else None
+
+    def rotation(self, given: Any, place: Place) -> JointDistribution | None:
+        """`uniform`, of modified Rodrigues parameters."""
+        if self.unit != "1":
+            self.refuse(place, "rotation is for an attitude", f"accepted: {', '.join(VECTOR_WORDS[:-1])}", at_key=True)
+        elif given != "uniform":
+            self.refuse(place, f"found {describe(given)}", "accepted: uniform")
+        return Attitude()
+
+    def about(self, given: Any, place: Place) -> JointDistribution | None:
+        """`{mean: [x, y, z], kappa: k, radius: r}`."""
+        if not is_mapping(given) or given.keys() != set(ABOUT):
+            self.refuse(place, f"found {describe(given)}", f"accepted: a mapping with {', '.join(ABOUT)}")
+            return None
+        mean = self.numbers(given["mean"], ("x", "y", "z"), (*place, "mean"))
+        kappa = self.numbers(given["kappa"], ("kappa",), (*place, "kappa"))
+        radius = self.radius("von_mises_fisher", given["radius"], (*place, "radius"))
+        if not mean or not kappa or not radius:
+            return None
+        try:
+            return VonMisesFisher.of((mean[0], mean[1], mean[2]), kappa[0], radius)
+        except ValueError as error:
+            self.refuse(place, f"von_mises_fisher: {error}", "")
+        return None
+
+    def radius(self, word: str, given: Any, place: Place) -> float:
+        """A radius above 0 whose sphere is inside the range; 0 if a problem was found."""
+        for radius in self.numbers(given, ("radius",), place):
+            if radius > 0.0:
+                self.checked(word, lambda radius=radius: Uniform(-radius, radius), place)
+                return radius
+            self.refuse(place, f"{word}: found {radius:g}", f"accepted: a radius above {with_unit('0', self.unit)}")
+        return 0.0
+
+    def numbers(self, given: Any, names: tuple[str, ...] | None, place: Place) -> list[float]:
+        """The parameters of a distribution, which are plain numbers; empty if a problem was found."""
+        single = names is not None and len(names) == 1
+        form = ", ".join(names or ("value", "value", "…"))
+        form = form if single else f"[{form}]"
+        items = [given] if single else given
+        if not is_list(items) or (names is not None and len(items) != len(names)) or not items:
+            self.refuse(place, f"found {describe(given)}", f"accepted: {form}")
+            return []
+        wrong = [index for index, item in enumerate(items) if not is_number(item)]
+        for index in wrong:
+            at = place if single else (*place, index)
+            self.refuse(
+                at,
+                f"found {describe(items[index])}",
+                f"accepted: {with_unit('a number', self.unit, ' in ')}, in {form}",
+            )
+        return [] if wrong else [float(item) for item in items]
+
+    def checked(self, word: str, make: Callable[[], Distribution], place: Place) -> Distribution:
+        """The distribution that `make` gives, inside the range with its whole support."""
+        try:
+            law = make()
+        except ValueError as error:
+            return self.refuse(place, f"{word}: {error}", "")
+        if not self.range.admits(law.low, law.high):
+            low = "above 0" if law.low == ABOVE_ZERO else f"{law.low:g}"
+            ends = with_unit(low if law.low == law.high else f"{low} to {law.high:g}", self.unit)
+            hint = "; a truncated_normal has ends" if math.isinf(law.low) or math.isinf(law.high) else ""
+            return self.refuse(
+                place, f"{word} reaches from {ends}" if word else ends, f"accepted: {self.range.words(self.unit)}{hint}"
+            )
+        return law
+
+    def refuse(self, place: Place, found: str, accepted: str, at_key: bool = False) -> Distribution:
+        """Keep a problem."""
+        self.problems.append(Problem(found, accepted, place, at_key))
+        return NOTHING

@@ -1,0 +1,131 @@
+"""Laws with steps: one number, one of some numbers, a count of events."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import pdtr, pdtrc  # pyright: ignore[reportMissingTypeStubs]
+
+from rvjax.campaign.distributions.interface import Array, array, between, positive
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """X = value."""
+
+    value: float
+    uniforms: ClassVar[int] = 0
+
+    @property
+    def low(self) -> float:
+        return self.value
+
+    @property
+    def high(self) -> float:
+        return self.value
+
+    def ppf(self, u: ArrayLike) -> Array:
+        return np.full_like(array(u), self.value)
+
+    def cdf(self, x: ArrayLike) -> Array:
+        return (array(x) >= self.value).astype(np.float64)
+
+    def scaled(self, factor: float) -> Fixed:
+        return Fixed(self.value * factor)
+
+
+@dataclass(frozen=True)
+class Pick:
+    """P(X = values[i]) = weights[i]; a campaign calls it `choice`. Values in rising order, weights add up to 1."""
+
+    values: tuple[float, ...]
+    weights: tuple[float, ...]
+    uniforms: ClassVar[int] = 1
+
+    @classmethod
+    def of(cls, values: Sequence[float], weights: Sequence[float] | None = None) -> Pick:
+        """Equal weights unless they are given; given ones may have any sum above 0."""
+        shares = [1.0] * len(values) if weights is None else weights
+        if not values:
+            raise ValueError("there is nothing to choose from")
+        if len(shares) != len(values):
+            raise ValueError(f"{len(values)} values but {len(shares)} weights")
+        if min(shares) <= 0.0:
+            raise ValueError("every weight must be above 0")
+        pairs = sorted(zip(values, shares, strict=True))
+        total = math.fsum(shares)
+        return cls(tuple(value for value, _ in pairs), tuple(weight / total for _, weight in pairs))
+
+    @property
+    def low(self) -> float:
+        return self.values[0]
+
+    @property
+    def high(self) -> float:
+        return self.values[-1]
+
+    def _steps(self) -> Array:
+        steps = np.cumsum(self.weights)
+        steps[-1] = 1.0
+        return steps
+
+    def ppf(self, u: ArrayLike) -> Array:
+        return array(self.values)[np.searchsorted(self._steps(), array(u), side="left")]
+
+    def cdf(self, x: ArrayLike) -> Array:
+        return np.concatenate(([0.0], self._steps()))[np.searchsorted(self.values, array(x), side="right")]
+
+    def scaled(self, factor: float) -> Pick:
+        return Pick(tuple(value * factor for value in self.values), self.weights)
+
+
+@dataclass(frozen=True)
+class Poisson:
+    """P(X = step · k) = exp(−mean) mean^k/k!, k = 0, 1, 2, …: the count of events that come at a constant rate.
+
+    step: 1, or the unit of the key in SI. Inverted by search in F up to its middle, and in 1 − F above it, so the tails keep
+    their digits.
+    """
+
+    mean: float
+    step: float = 1.0
+    uniforms: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        between("mean", self.mean, 1e-9, 1e5)
+        positive("step", self.step)
+
+    @property
+    def low(self) -> float:
+        return 0.0
+
+    @property
+    def high(self) -> float:
+        return math.inf
+
+    @cached_property
+    def _counts(self) -> tuple[Array, Array, Array]:
+        """Counts, all that double precision can draw, their F, and their 1 − F."""
+        reach = 12.0 * math.sqrt(self.mean) + 60.0
+        k = np.arange(max(0.0, math.floor(self.mean - reach)), math.ceil(self.mean + reach))
+        return k, array(pdtr(k, self.mean)), array(pdtrc(k, self.mean))
+
+    def ppf(self, u: ArrayLike) -> Array:
+        share = array(u)
+        k, below, above = self._counts
+        left = np.searchsorted(below, share, side="left")
+        right = len(above) - np.searchsorted(above[::-1], 1.0 - share, side="right")
+        return self.step * k[np.minimum(np.where(share < 0.5, left, right), len(k) - 1)]
+
+    def cdf(self, x: ArrayLike) -> Array:
+        k = np.floor(array(x) / self.step * (1.0 + 1e-15))
+        return np.where(k < 0.0, 0.0, pdtr(np.maximum(k, 0.0), self.mean))
+
+    def scaled(self, factor: float) -> Poisson:
+        return Poisson(self.mean, self.step * factor)

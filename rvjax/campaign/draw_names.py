@@ -1,0 +1,63 @@
+"""Names of draws as a campaign says them: what is wrong with one that is none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rvjax.campaign.distribution_notation import did_you_mean
+from rvjax.campaign.law_words import in_words
+from rvjax.campaign.plain_values import shorten
+from rvjax.campaign.quantity import Quantity
+from rvjax.campaign.variables import Variable, variables
+
+MOST_SUGGESTIONS = 20
+
+Wrong = tuple[str, str]
+"""What was found, and what is accepted."""
+
+
+class Names:
+    """The names of what a campaign draws and fixes. drawn: variables by the name of their stream; variable: of each draw."""
+
+    def __init__(self, quantities: Mapping[str, Quantity]) -> None:
+        self.drawn: dict[str, Variable] = variables(quantities)
+        self.variable = {name: variable for variable in self.drawn.values() for name in variable.draws}
+        self._asked = 0
+        self._fixed = {own for name, quantity in quantities.items() for own in quantity.names(name)}.difference(self.variable)
+
+    def draw(self, name: str) -> Wrong | None:
+        """What is wrong with the name of a draw."""
+        if name in self.variable:
+            return None
+        if name in self._fixed:
+            return f"{shorten(name)} is not drawn, it is fixed", "accepted: the name of a draw"
+        return f"{shorten(name)} is no draw", self._suggestion(name, list(self.variable))
+
+    def scalar(self, name: str) -> Wrong | None:
+        """What is wrong with the name of a draw that has a law of its own."""
+        if name not in self.drawn and name in self.variable:
+            variable = self.variable[name]
+            found = f"{name} is drawn together with the others of {variable.name}"
+            return found, f"accepted: a draw with a law of its own, not {in_words(variable.law)}"
+        return self.draw(name)
+
+    def beginning(self, name: str) -> Wrong | None:
+        """What is wrong with the name of some draws, or the beginning of their names."""
+        if any(covers(name, own) for own in self.variable):
+            return None
+        if any(covers(name, own) for own in self._fixed):
+            return f"nothing of {shorten(name)} is drawn", "accepted: names of draws, or beginnings of them"
+        parts = [own.split(".") for own in self.variable]
+        known = {".".join(steps[:length]): None for steps in parts for length in range(2, len(steps) + 1)}
+        return f"{shorten(name)} is no draw", self._suggestion(name, list(known))
+
+    def _suggestion(self, name: str, known: Sequence[str]) -> str:
+        """The nearest name, of the first few that are asked for: comparing words takes time."""
+        self._asked += 1
+        said = did_you_mean(name, known) if self._asked <= MOST_SUGGESTIONS else ""
+        return said if said.startswith("did") else f"accepted: the name of a draw, such as {', '.join(known[:3])}"
+
+
+def covers(beginning: str, name: str) -> bool:
+    """Whether a name is this one or begins with it: pursuer.inertia_kgm2 covers pursuer.inertia_kgm2.moments.x."""
+    return name == beginning or name.startswith(f"{beginning}.")

@@ -1,0 +1,334 @@
+"""Declaring what a part of a campaign may hold: models that are frozen, in SI, and report every problem at once.
+
+    class Parameters(Model):
+        \"\"\"d(t) = f sin(w t).\"\"\"
+
+        force_N: Quantity = vector("N", default=0.0, doc="amplitude")
+        rate_rad_s: Quantity = scalar("rad/s", key="rate_deg_s", above=0.0, doc="angular frequency")
+
+The attribute has the SI name, which is also the name of the draws; `key` is what a campaign says where that is another
+unit. Ranges and defaults are in the unit of the key, as the user writes them. A field without a default is required.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Required, TypedDict, TypeVar, Unpack, cast
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    ValidationInfo,
+    create_model,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined, core_schema
+
+from rvjax.campaign import units
+from rvjax.campaign.csv_columns import DeclaredSeries
+from rvjax.campaign.distribution_notation import Range, Reader, did_you_mean, with_unit
+from rvjax.campaign.json_forms import distribution, drawn_attitude, joint_distribution
+from rvjax.campaign.plain_values import Place, describe, is_mapping, is_number
+from rvjax.campaign.problems import Problem, problems, refuse
+from rvjax.campaign.quantity import Quantity, Shape
+from rvjax.campaign.source import Source
+from rvjax.campaign.thruster_layout import MOST
+from rvjax.columns import CHANNELS
+from rvjax.errors import Finding
+
+M = TypeVar("M", bound="Model")
+
+MOST_SUGGESTIONS = 20
+"""Unknown keys in one mapping that get a suggestion each; comparing words takes time."""
+
+
+class Model(BaseModel):
+    """A part of a campaign: its keys are its fields, nothing else is accepted, and nothing changes after loading."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """A name that ends in a unit must say the SI unit of the field, and `key` the same stem."""
+        super().__pydantic_init_subclass__(**kwargs)
+        for name, info in cls.model_fields.items():
+            known = declared(info)
+            (stem, unit), (key_stem, key_unit) = units.split(name), units.split(info.alias or name)
+            if known and (unit.si, key_unit.si, key_stem) != (known.unit, known.unit, stem) and unit is not units.NONE:
+                raise TypeError(f"{cls.__name__}.{name}: name, key and unit disagree ({unit.si}, {key_unit.si}, {known.unit})")
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _report(cls, raw: Any, read: ModelWrapValidatorHandler[Any]) -> Any:
+        """Adds unknown and missing keys, in words that name this model's keys, to what is wrong with the known ones."""
+        if isinstance(raw, cls):
+            return raw
+        if not is_mapping(raw):
+            refuse(Problem(f"found {describe(raw)}", f"accepted: a mapping with {', '.join(cls.keys())}"))
+        keys = cls.keys()
+        unknown = sorted(raw.keys() - keys.keys())
+        missing = [key for key, info in keys.items() if key not in raw and info.is_required()]
+        instead = {key: cls._instead(key) for key in unknown[:MOST_SUGGESTIONS]}
+        all_keys = f"accepted: {', '.join(keys)}"
+        found = [Problem("unknown key", instead.get(key, all_keys), (key,), at_key=True) for key in unknown]
+        found += [Problem("missing", f"accepted: {keys[key].description}", (key,), at_key=True) for key in missing]
+        absent = {(key,) for key in missing}
+        try:
+            model = read({key: value for key, value in raw.items() if key in keys})
+        except ValidationError as error:
+            refuse(*found, *(problem for problem in problems(error) if problem.place not in absent))
+        return refuse(*found) if found else model
+
+    @classmethod
+    def keys(cls) -> dict[str, FieldInfo]:
+        """The fields by the key that a campaign uses."""
+        return {info.alias or name: info for name, info in cls.model_fields.items()}
+
+    @classmethod
+    def _instead(cls, key: str) -> str:
+        """The key of the same stem in another unit, or else the nearest one, or else all."""
+        keys = cls.keys()
+        others = {known: units.split(known) for known in keys}
+        stems = {known: stem for known, (stem, unit) in others.items() if unit is not units.NONE}
+        same = [known for known, stem in stems.items() if key == stem or key.startswith(f"{stem}_")]
+        if not same:
+            return did_you_mean(key, keys)
+        nearest = max(same, key=len)
+        return f"accepted: {nearest} ({others[nearest][1].name})"
+
+    def quantities(self, prefix: str = "") -> dict[str, Quantity]:
+        """Every quantity, fixed or drawn, by its SI name: `target.rate_rad_s`, `pursuer.inertia_kgm2.principal`."""
+        return dict(self._quantities(f"{prefix}." if prefix else ""))
+
+    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            if isinstance(value, Quantity):
+                yield prefix + name, value
+            elif isinstance(value, Model):
+                yield from value.quantities(prefix + name).items()
+
+
+@dataclass(frozen=True)
+class Declared(ABC):
+    """What one field holds. unit: SI; symbol: of the key's unit; factor: to SI; optional: may be left out."""
+
+    unit: str
+    factor: float
+    symbol: str
+    range: Range
+    doc: str
+    optional: bool
+
+    @abstractmethod
+    def read(self, raw: Any) -> Any:
+        """The field's value in SI, or every problem at once."""
+
+    @abstractmethod
+    def json_schema(self) -> dict[str, Any]:
+        """What the key accepts, as JSON Schema."""
+
+    def flown(self, names: tuple[str, ...]) -> Declared:
+        """The same, of the actuators that a campaign flies, by their names."""
+        del names
+        return self
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        def read(raw: Any, info: ValidationInfo) -> Any:
+            return self.flown(actuators(info)).read(raw)
+
+        return core_schema.with_info_plain_validator_function(read)
+
+    def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return self.json_schema()
+
+    def bounds(self) -> dict[str, Any]:
+        """A plain number inside the range, as JSON Schema."""
+        words = {"at_least": "minimum", "above": "exclusiveMinimum", "at_most": "maximum", "below": "exclusiveMaximum"}
+        limits = {words[name]: value for name, value in vars(self.range).items() if value is not None}
+        return {"type": "number", **limits}
+
+
+@dataclass(frozen=True)
+class DeclaredNumber(Declared):
+    """A fixed number."""
+
+    def read(self, raw: Any) -> float | None:
+        """The number in SI; None only where the field may be left out."""
+        if raw is None and self.optional:
+            return None
+        if not is_number(raw) or not self.range.admits(raw, raw):
+            limits = self.range.words(self.symbol)
+            number = f"a number {limits}" if limits else with_unit("a number", self.symbol, " in ")
+            refuse(Problem(f"found {describe(raw)}", f"accepted: {number}"))
+        return raw * self.factor
+
+    def json_schema(self) -> dict[str, Any]:
+        return {"anyOf": [self.bounds(), {"type": "null"}]} if self.optional else self.bounds()
+
+
+@dataclass(frozen=True)
+class DeclaredQuantity(Declared):
+    """A quantity, fixed or drawn. largest_norm: the most that |X| may be, in the key's unit; thrusters: how many."""
+
+    shape: Shape
+    largest_norm: float | None = None
+    thrusters: int = 0
+
+    def flown(self, names: tuple[str, ...]) -> Declared:
+        """Of the thrusters in the place of the channels, where they fly."""
+        if self.shape != "channels" or names == CHANNELS:
+            return self
+        return replace(self, shape="thrusters", thrusters=len(names))
+
+    def read(self, raw: Any) -> Quantity | None:
+        """The quantity in SI; None only where the field may be left out."""
+        if raw is None and self.optional:
+            return None
+        reader = Reader(self.symbol, self.range)
+        parts, joint = reader.quantity(self.shape, raw, self.thrusters)
+        if reader.problems:
+            refuse(*reader.problems)
+        quantity = Quantity(self.shape, parts, joint, self.unit, self.doc)
+        if self.largest_norm is not None and quantity.largest_norm > self.largest_norm:
+            most = with_unit(f"{self.largest_norm:g}", self.symbol)
+            found = f"the norm reaches {with_unit(f'{quantity.largest_norm:g}', self.symbol)}"
+            refuse(Problem(found, f"accepted: a norm of at most {most} in every draw"))
+        try:
+            scaled = tuple(part.scaled(self.factor) for part in parts)
+            return replace(quantity, parts=scaled, joint=joint and joint.scaled(self.factor))
+        except ValueError as error:
+            refuse(Problem(f"in {self.unit}, {error}", "accepted: a wider range"))
+
+    def json_schema(self) -> dict[str, Any]:
+        nothing = [{"type": "null"}] if self.optional else []
+        scalar = {"anyOf": [self.bounds(), distribution(), *nothing]}
+        if self.shape == "scalar":
+            return scalar
+        if self.shape == "vector":
+            attitude = [drawn_attitude()] if self.unit == "1" else []
+            return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3), joint_distribution(), *attitude]}
+        half = {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3)]}
+        halves = {
+            "properties": {"force": half, "torque": half},
+            "required": ["force", "torque"],
+            "additionalProperties": False,
+        }
+        return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 6, MOST), {"type": "object", **halves}]}
+
+
+def _list_of(items: dict[str, Any], count: int, most: int = 0) -> dict[str, Any]:
+    return {"type": "array", "items": items, "minItems": count, "maxItems": most or count}
+
+
+def actuators(info: ValidationInfo) -> tuple[str, ...]:
+    """The names of the actuators that the campaign flies: those of the channels unless `validate` was told others."""
+    context: Mapping[str, Any] = info.context or {}
+    return context.get("actuators", CHANNELS)
+
+
+def declared(info: FieldInfo) -> Declared | None:
+    """What a field holds, where it is a number or a quantity."""
+    return next((item for item in info.metadata if isinstance(item, Declared)), None)
+
+
+class Declaration(TypedDict, total=False):
+    """Of a field. key: if it is not the attribute's name; the range and the default are in the unit of the key."""
+
+    key: str
+    default: Any
+    at_least: float
+    above: float
+    at_most: float
+    below: float
+    doc: Required[str]
+
+
+def _field(kind: Callable[..., Declared], unit: str, declaration: Declaration, **more: Any) -> Any:
+    key, default = declaration.get("key"), declaration.get("default", PydanticUndefined)
+    limits = Range(**{name: declaration.get(name) for name in ("at_least", "above", "at_most", "below")})
+    converted = units.split(key)[1] if key else units.Unit(unit, unit, 1.0, unit)
+    held = kind(unit, converted.factor, converted.symbol, limits, declaration["doc"], default is None, **more)
+    description = declaration["doc"] if unit == "1" else f"{declaration['doc']} [{converted.symbol}]"
+    info = cast(FieldInfo, Field(default=default, alias=key, description=description))
+    info.metadata.append(held)
+    return info
+
+
+def scalar(unit: str, **declaration: Unpack[Declaration]) -> Any:
+    """One number, fixed or drawn."""
+    return _field(DeclaredQuantity, unit, declaration, shape="scalar")
+
+
+def vector(unit: str, norm_at_most: float | None = None, **declaration: Unpack[Declaration]) -> Any:
+    """Three numbers x, y, z, fixed or drawn; the range holds for each component."""
+    return _field(DeclaredQuantity, unit, declaration, shape="vector", largest_norm=norm_at_most)
+
+
+def channels(unit: str, **declaration: Unpack[Declaration]) -> Any:
+    """Six numbers fx, fy, fz, tx, ty, tz, fixed or drawn, of a fault also one a thruster; the range holds for each."""
+    return _field(DeclaredQuantity, unit, declaration, shape="channels")
+
+
+def number(unit: str, **declaration: Unpack[Declaration]) -> Any:
+    """One number that is the same in every sample; with `default=None` it may be left out."""
+    return _field(DeclaredNumber, unit, declaration)
+
+
+def series(
+    *columns: str, optional: tuple[str, ...] = (), others: bool = False, default: Any = PydanticUndefined, doc: str
+) -> Any:
+    """The columns of the CSV file that the key `csv` names; with `default=None` it may be left out. optional: may be missing;
+    others: any further ones may be there."""
+    info = cast(FieldInfo, Field(default=default, alias="csv", description=doc))
+    info.metadata.append(DeclaredSeries(columns, optional, others, default is None))
+    return info
+
+
+def count(*, default: Any = PydanticUndefined, at_least: int = 0, at_most: int = 2**63 - 1, doc: str) -> Any:
+    """A whole number."""
+    return Field(default=default, strict=True, ge=at_least, le=at_most, description=doc)
+
+
+def flag(*, default: Any = PydanticUndefined, doc: str) -> Any:
+    """true or false."""
+    return Field(default=default, strict=True, description=doc)
+
+
+def option(*, default: Any = PydanticUndefined, doc: str) -> Any:
+    """One word out of the field's `Literal`."""
+    return Field(default=default, description=doc)
+
+
+def part(*, default: Any = PydanticUndefined, doc: str) -> Any:
+    """A nested model or a list of them; the default is what a campaign would say."""
+    return Field(default=default, description=doc)
+
+
+def retuned(model: type[M], **defaults: float) -> type[M]:
+    """The same numbers with other defaults, each by the name of its field and in the unit of its key."""
+    fields: dict[str, Any] = {}
+    for name, default in defaults.items():
+        known = model.model_fields[name]
+        info = cast(FieldInfo, Field(default=default, alias=known.alias, description=known.description))
+        info.metadata.append(declared(known))
+        fields[name] = (known.annotation, info)
+    return create_model(model.__name__, __base__=model, __module__=model.__module__, **fields)
+
+
+def validate(
+    model: type[M], raw: Mapping[str, Any], place: Place, source: Source, names: tuple[str, ...] = CHANNELS
+) -> tuple[M | None, list[Finding]]:
+    """What a campaign says at a place as a model, or every finding about it. names: of the actuators that it is about."""
+    try:
+        return model.model_validate(dict(raw), context={"actuators": names}), []
+    except ValidationError as error:
+        below = (problem.below(place) for problem in problems(error))
+        return None, [source.finding(p.place, p.found, p.accepted, p.at_key) for p in below]

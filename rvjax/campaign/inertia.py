@@ -1,0 +1,203 @@
+"""Inertia of a body about its reference point, in one of two forms.
+
+    principal   J = T diag(J₁, J₂, J₃) Tᵀ, T a rotation by `tilt` about a drawn axis, or any rotation alike
+    matrix      J = [Jxx Jxy Jxz; Jxy Jyy Jyz; Jxz Jyz Jzz]
+
+It is physical in every possible draw: the set of physical inertias is convex, so all draws are inside if the corners of the box
+of their supports are. With `reject: true` the laws may reach beyond it, and draws that do are drawn again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, ValidationInfo, field_validator, model_validator
+
+from rvjax.campaign.distributions import Attitude, Direction
+from rvjax.campaign.fields import Model, flag, option, scalar, vector
+from rvjax.campaign.inertia_validity import about_centre, definite, physical, triangle
+from rvjax.campaign.plain_values import describe, is_mapping
+from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.quantity import Quantity
+
+INSTEAD = "or reject: true, which draws again"
+
+
+class PrincipalInertia(Model):
+    """J = T diag(J₁, J₂, J₃) Tᵀ; the axis of T is drawn uniformly over all directions, or T over all rotations."""
+
+    REJECTS: ClassVar[bool] = False
+
+    principal: Quantity = vector("kg·m²", above=0.0, doc="principal moments of inertia")
+    tilt_rad: Quantity = scalar(
+        "rad", key="tilt_deg", default=0.0, at_least=0.0, doc="angle between the principal axes and the body axes"
+    )
+    rotation: Literal["uniform"] | None = option(default=None, doc="uniform: the principal axes point anywhere")
+    reject: bool = flag(default=False, doc="draws that no body can have are drawn again")
+
+    @property
+    def axis(self) -> Quantity | None:
+        """Of the tilt; None where there is no tilt."""
+        tilted = not self.tilt_rad.is_fixed or self.tilt_rad.parts[0].high
+        return Quantity("vector", (), Direction(1.0), "1", "axis of the tilt of the principal axes") if tilted else None
+
+    @property
+    def attitude(self) -> Quantity | None:
+        """MRP of the principal axes where these point anywhere; else None."""
+        return Quantity("vector", (), Attitude(), "1", "attitude of the principal axes, MRP") if self.rotation else None
+
+    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
+        yield from super()._quantities(prefix)
+        turns = {"axis": self.axis, "rotation": self.attitude}
+        yield from ((prefix + name, quantity) for name, quantity in turns.items() if quantity is not None)
+
+    @field_validator("principal")
+    @classmethod
+    def _physical(cls, principal: Quantity) -> Quantity:
+        if not cls.REJECTS:
+            _check_corners(principal)
+        return principal
+
+    @model_validator(mode="after")
+    def _one_turn(self) -> Self:
+        if self.rotation and self.axis is not None:
+            refuse(Problem("rotation and tilt_deg", "accepted: one of the two", ("rotation",), at_key=True))
+        return self
+
+    @property
+    def entries(self) -> tuple[Quantity, Quantity | None]:
+        """Moments and products of J before it is turned; None: there are none."""
+        return self.principal, None
+
+
+class MatrixInertia(Model):
+    """J = [Jxx Jxy Jxz; Jxy Jyy Jyz; Jxz Jyz Jzz], entries as they stand in J: Jxy = −∫xy dm."""
+
+    REJECTS: ClassVar[bool] = False
+
+    moments: Quantity = vector("kg·m²", above=0.0, doc="Jxx, Jyy, Jzz")
+    products: Quantity = vector("kg·m²", default=0.0, doc="Jyz, Jxz, Jxy, as they stand in J")
+    reject: bool = flag(default=False, doc="draws that no body can have are drawn again")
+
+    @field_validator("moments")
+    @classmethod
+    def _moments_physical(cls, moments: Quantity) -> Quantity:
+        if not cls.REJECTS:
+            _check_corners(moments)
+        return moments
+
+    @field_validator("products")
+    @classmethod
+    def _physical(cls, products: Quantity, info: ValidationInfo) -> Quantity:
+        if "moments" in info.data and not cls.REJECTS:
+            _check_corners(info.data["moments"], products)
+        return products
+
+    @property
+    def entries(self) -> tuple[Quantity, Quantity | None]:
+        """Moments and products of J."""
+        return self.moments, self.products
+
+
+class RejectingPrincipalInertia(PrincipalInertia):
+    """J = T diag(J₁, J₂, J₃) Tᵀ; draws that no body can have are drawn again."""
+
+    REJECTS: ClassVar[bool] = True
+    principal: Quantity = vector("kg·m²", doc="principal moments of inertia")
+
+
+class RejectingMatrixInertia(MatrixInertia):
+    """J = [Jxx Jxy Jxz; Jxy Jyy Jyz; Jxz Jyz Jzz]; draws that no body can have are drawn again."""
+
+    REJECTS: ClassVar[bool] = True
+    moments: Quantity = vector("kg·m²", doc="Jxx, Jyy, Jzz")
+
+
+def _form(raw: Any) -> Any:
+    """The model that the keys of an inertia belong to."""
+    if isinstance(raw, Model):
+        return raw
+    rejects = is_mapping(raw) and raw.get("reject") is True
+    forms = {
+        "principal": RejectingPrincipalInertia if rejects else PrincipalInertia,
+        "moments": RejectingMatrixInertia if rejects else MatrixInertia,
+    }
+    chosen = [form for key, form in forms.items() if is_mapping(raw) and key in raw]
+    if len(chosen) != 1:
+        accepted = "accepted: principal (with tilt_deg or rotation), or moments (with products)"
+        refuse(Problem(f"found {describe(raw)}", accepted))
+    return chosen[0].model_validate(raw)
+
+
+Inertia = Annotated[PrincipalInertia | MatrixInertia | RejectingPrincipalInertia | RejectingMatrixInertia, BeforeValidator(_form)]
+
+
+def check_centre(inertia: PrincipalInertia | MatrixInertia, mass: Quantity, centre: Quantity) -> None:
+    """Refuse if J about the centre of mass is not physical in some draw.
+
+    With Σ = ½ tr(J) I − J the condition is Σ_C = Σ_O − m c cᵀ ≥ 0. For given m it is convex in Σ_O and c together, and it gets
+    harder as m grows: the corners at the largest m tell. Where the principal axes or c may point anywhere, m |c|² must not be
+    above the least eigenvalue of Σ_O.
+    """
+    if inertia.REJECTS or not centre.largest_norm:
+        return
+    heaviest = mass.supports[0][1]
+    accepted = f"accepted: a centre of mass nearer to the reference point, {INSTEAD} (in inertia_kgm2)"
+    if not math.isfinite(heaviest) or not math.isfinite(centre.largest_norm):
+        refuse(Problem("mass or centre of mass has no end", f"accepted: distributions with ends, {INSTEAD} (in inertia_kgm2)"))
+    free = centre.joint is not None or (isinstance(inertia, PrincipalInertia) and (inertia.axis or inertia.attitude))
+    corners = _corners(*inertia.entries, *(() if free else (centre,)))
+    if free:
+        sigma = [0.5 * np.trace(one) * np.eye(3) - one for one in map(_full, corners.T[:, :6])]
+        least = float(np.linalg.eigvalsh(np.array(sigma)).min())
+        if heaviest * centre.largest_norm**2 > least:
+            found = f"m |c|^2 reaches {heaviest * centre.largest_norm**2:g} kg·m², the body allows {max(least, 0.0):g} kg·m²"
+            refuse(Problem(found, accepted))
+        return
+    moved = about_centre(_entries(corners), heaviest, tuple(corners[-3:]))
+    wrong = np.flatnonzero(~physical(moved))
+    if wrong.size:
+        at = ", ".join(f"{entry:g}" for entry in corners[-3:, wrong[0]])
+        refuse(Problem(f"the draw {at} with {heaviest:g} kg leaves no inertia that a body can have", accepted))
+
+
+def _full(corner: NDArray[np.float64]) -> NDArray[np.float64]:
+    return matrix(tuple(corner[:3]), tuple(corner[3:]))
+
+
+def matrix(moments: tuple[float, ...], products: tuple[float, ...]) -> NDArray[np.float64]:
+    """(3, 3) symmetric J from Jxx, Jyy, Jzz and Jyz, Jxz, Jxy."""
+    (xx, yy, zz), (yz, xz, xy) = moments, products
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _corners(moments: Quantity, products: Quantity | None, *more: Quantity) -> NDArray[np.float64]:
+    """Every corner of the box of supports, one in a column: moments, products, further numbers in rows."""
+    none = ((0.0, 0.0),) * 3
+    boxes = [moments.supports, none if products is None else products.supports, *(quantity.supports for quantity in more)]
+    return np.array(list(product(*(sorted(set(support)) for box in boxes for support in box)))).T
+
+
+def _entries(corners: NDArray[np.float64]) -> Any:
+    return tuple(corners[:6])
+
+
+def _check_corners(moments: Quantity, products: Quantity | None = None) -> None:
+    """Refuse if J is not physical at a corner of the box of supports."""
+    given = [quantity for quantity in (moments, products) if quantity is not None]
+    if not all(math.isfinite(end) for quantity in given for support in quantity.supports for end in support):
+        refuse(Problem("a distribution without ends", f"accepted: one with ends, such as truncated_normal or uniform, {INSTEAD}"))
+    corners = _corners(moments, products)
+    for holds, found, accepted in (
+        (definite, "is not positive definite", "accepted: smaller products of inertia"),
+        (triangle, "breaks the triangle inequality of the principal moments", "accepted: none above the sum of the others"),
+    ):
+        wrong = np.flatnonzero(~holds(_entries(corners)))
+        if wrong.size:
+            entries = ", ".join(f"{entry:g}" for entry in corners[: 3 * len(given), wrong[0]])
+            refuse(Problem(f"the draw {entries} {found}", f"{accepted}, in every draw, {INSTEAD}"))

@@ -1,0 +1,52 @@
+"""The JSON Schema (draft 2020-12) of a campaign file, for editors that complete and check while one types."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import deepcopy
+from typing import Any
+
+from rvjax.campaign.fields import Model
+from rvjax.campaign.json_forms import distribution, formulas, joint_distribution
+from rvjax.campaign.model import Spec
+from rvjax.campaign.plain_values import is_list, is_mapping
+
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def schema(families: Mapping[str, Mapping[str, type[Model]]] | None = None) -> dict[str, Any]:
+    """What a campaign file may say.
+
+    families: for a field of a campaign that uses components (`faults`, `controller`, …), the parameters of each by
+    name; a field that is not named here accepts any component with any parameters.
+    """
+    whole = Spec.model_json_schema()
+    definitions: dict[str, Any] = whole.pop("$defs")
+    for field, members in (families or {}).items():
+        declared = whole["properties"][field]
+        entry = declared.get("items", declared)
+        own = entry.pop("properties")
+        entry["oneOf"] = [_component(name, model, own, definitions) for name, model in members.items()]
+    whole["properties"]["margins"]["additionalProperties"] = {"$ref": "#/$defs/Margin"}
+    shared = {"Distribution": distribution(), "JointDistribution": joint_distribution()}
+    compact = _refer({**whole, "$defs": definitions}, shared)
+    return {"$schema": DRAFT, **compact, "title": "rvjax campaign", "$defs": compact["$defs"] | shared | formulas()}
+
+
+def _component(name: str, model: type[Model], own: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
+    """The keys of one component, with those that every one has; its definitions keep apart from those of others."""
+    declared = model.model_json_schema(ref_template=f"#/$defs/{name}.{{model}}")
+    definitions |= {f"{name}.{inner}": item for inner, item in declared.pop("$defs", {}).items()}
+    declared["properties"] = deepcopy(own) | {"use": {"const": name}} | declared.get("properties", {})
+    declared["required"] = ["use", *declared.get("required", [])]
+    return declared
+
+
+def _refer(value: Any, shared: Mapping[str, Any]) -> Any:
+    """The same schema with a reference wherever a shared one stands."""
+    for name, known in shared.items():
+        if value == known:
+            return {"$ref": f"#/$defs/{name}"}
+    if is_mapping(value):
+        return {key: _refer(item, shared) for key, item in value.items()}
+    return [_refer(item, shared) for item in value] if is_list(value) else value

@@ -1,0 +1,323 @@
+"""The campaign file as one frozen value in SI that cannot be wrong."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal, cast
+
+from pydantic import PrivateAttr, ValidationInfo, field_validator
+
+from rvjax.campaign.actuators import AnyActuators
+from rvjax.campaign.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
+from rvjax.campaign.correlation import Correlation
+from rvjax.campaign.csv_files import attach
+from rvjax.campaign.fields import Model, count, number, option, part, scalar, validate, vector
+from rvjax.campaign.formula import Formula, Margins
+from rvjax.campaign.inertia import Inertia, check_centre
+from rvjax.campaign.overrides import override
+from rvjax.campaign.plain_values import Place, describe
+from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.quantity import Quantity
+from rvjax.campaign.requirement import Requirement
+from rvjax.campaign.source import Source, read
+from rvjax.campaign.trace_retention import Keep
+from rvjax.campaign.tuning import Tuning
+from rvjax.errors import CampaignError, Finding
+
+EARTH_RADIUS_M = 6378e3
+MOST_STEPS = 10_000_000
+WHOLE = 1e-9
+"""How far a duration may be from a whole number of steps, relative."""
+
+
+class Horizon(Model):
+    """How long a flight lasts, and the step of its integration."""
+
+    duration_s: float = number("s", above=0.0, doc="length of a flight")
+    step_s: float = number("s", above=0.0, doc="step of the integration; the duration is a whole number of steps")
+    control_period_s: float | None = number(
+        "s",
+        default=None,
+        above=0.0,
+        doc="sampled controller with zero-order hold, a whole number of steps; without: it is continuous",
+    )
+
+    @field_validator("step_s")
+    @classmethod
+    def _whole(cls, step: float, info: ValidationInfo) -> float:
+        if "duration_s" not in info.data:
+            return step
+        duration = info.data["duration_s"]
+        if step > duration:
+            refuse(Problem(f"{step:g} s is longer than the flight", f"accepted: at most {duration:g} s"))
+        if duration / step > MOST_STEPS:
+            refuse(Problem(f"{duration / step:g} steps", f"accepted: at most {MOST_STEPS:,} steps in a flight"))
+        whole = round(duration / step)
+        if abs(whole * step - duration) > WHOLE * duration:
+            accepted = f"accepted: a whole number of them, such as {duration / whole:g} s"
+            refuse(Problem(f"{duration:g} s is {duration / step:g} steps", accepted))
+        return step
+
+    @field_validator("control_period_s")
+    @classmethod
+    def _whole_steps(cls, period: float | None, info: ValidationInfo) -> float | None:
+        if period is not None and "step_s" in info.data:
+            step = info.data["step_s"]
+            whole = max(round(period / step), 1)
+            if abs(whole * step - period) > WHOLE * period:
+                found = f"{period:g} s is {period / step:g} steps"
+                refuse(Problem(found, f"accepted: a whole number of them, such as {whole * step:g} s"))
+        return period
+
+    @property
+    def control_steps(self) -> int:
+        """Steps between two instants of a sampled controller; 0: it acts continuously."""
+        return 0 if self.control_period_s is None else round(self.control_period_s / self.step_s)
+
+    @property
+    def steps(self) -> int:
+        """duration / step."""
+        return round(self.duration_s / self.step_s)
+
+
+class Orbit(Model):
+    """Kepler elements of the target in the perifocal frame, at t = 0."""
+
+    eccentricity: Quantity = scalar("1", default=0.0, at_least=0.0, below=1.0, doc="eccentricity")
+    semi_major_axis_m: Quantity = scalar("m", key="semi_major_axis_km", default=6878.0, above=0.0, doc="semi-major axis")
+    true_anomaly_rad: Quantity = scalar("rad", key="true_anomaly_deg", default=0.0, doc="true anomaly at t = 0")
+
+    @field_validator("semi_major_axis_m")
+    @classmethod
+    def _above_ground(cls, axis: Quantity, info: ValidationInfo) -> Quantity:
+        if "eccentricity" in info.data:
+            ((lowest, _),), ((_, most),) = axis.supports, info.data["eccentricity"].supports
+            if lowest * (1.0 - most) <= EARTH_RADIUS_M:
+                found = f"the perigee comes as low as {lowest * (1.0 - most) / 1e3:g} km"
+                refuse(Problem(found, f"accepted: above {EARTH_RADIUS_M / 1e3:g} km from the centre, in every draw"))
+        return axis
+
+
+class Target(Model):
+    """The body to dock with: its orbit, its free tumbling, its port."""
+
+    orbit: Orbit = part(default={}, doc="orbit of the target")
+    attitude_mrp: Quantity = vector("1", default=0.0, norm_at_most=1.0, doc="MRP of the target in the perifocal frame at t = 0")
+    rate_rad_s: Quantity = vector("rad/s", key="rate_deg_s", default=0.0, doc="inertial rate of the target in its frame at t = 0")
+    port_m: Quantity = vector("m", default=0.0, doc="docking point in the target's frame")
+    inertia_kgm2: Inertia = part(default={"principal": [500, 550, 600]}, doc="inertia of the target")
+
+
+class Pursuer(Model):
+    """The body that docks; its controller does not know these numbers."""
+
+    mass_kg: Quantity = scalar("kg", above=0.0, doc="mass of the pursuer")
+    inertia_kgm2: Inertia = part(doc="inertia of the pursuer about its reference point")
+    centre_of_mass_m: Quantity = vector("m", default=0.0, doc="centre of mass, from the reference point, in the pursuer's frame")
+
+    @field_validator("centre_of_mass_m")
+    @classmethod
+    def _inside_the_body(cls, centre: Quantity, info: ValidationInfo) -> Quantity:
+        if {"mass_kg", "inertia_kgm2"} <= info.data.keys():
+            check_centre(info.data["inertia_kgm2"], info.data["mass_kg"], centre)
+        return centre
+
+
+class Start(Model):
+    """Relative motion at t = 0, in the pursuer's frame."""
+
+    rho_m: Quantity = vector("m", doc="position of the pursuer relative to the docking point")
+    sigma: Quantity = vector("1", default=0.0, norm_at_most=1.0, doc="MRP of the pursuer relative to the target")
+    nu_m_s: Quantity = vector("m/s", default=0.0, doc="relative velocity")
+    omega_rad_s: Quantity = vector("rad/s", default=0.0, doc="relative angular velocity")
+
+
+class Capture(Model):
+    """Captured: inside both tubes during the whole closing window."""
+
+    position_m: float = number("m", default=0.01, above=0.0, doc="radius of the position tube")
+    attitude_mrp: float = number("1", default=0.002, above=0.0, doc="radius of the attitude tube")
+    window_s: float = number("s", default=60.0, above=0.0, doc="length of the closing window")
+
+
+class Corridor(Model):
+    """Approach cone about the docking axis."""
+
+    half_angle_rad: float = number("rad", key="half_angle_deg", default=10.0, above=0.0, below=90.0, doc="half angle of the cone")
+
+
+class AuditRules(Model):
+    """What the audit of the dispersions lets pass."""
+
+    allow: tuple[str, ...] = option(default=[], doc="draws that may have no effect, by their names or the beginning of them")
+
+
+class Spec(Model):
+    """A campaign: what is flown, from where, with which dispersions, and what is required of it."""
+
+    rvjax: Literal[1] = option(doc="version of this format")
+    name: str = option(doc="of the campaign: small letters, digits and hyphens")
+    description: str = option(default="", doc="free text, shown in the report")
+    samples: int = count(at_least=1, at_most=1_000_000_000, doc="how many flights")
+    seed: int = count(default=0, doc="of every draw")
+    precision: Literal["float64", "float32"] = option(default="float64", doc="of the flight")
+    horizon: Horizon = part(doc="duration and step")
+    target: Target = part(default={}, doc="the body to dock with")
+    pursuer: Pursuer = part(doc="the body that docks")
+    start: Start = part(doc="relative motion at t = 0")
+    actuators: AnyActuators = part(doc="limits of the six channels, or thrusters")
+    saturation: Annotated[Choice, OneChoice()] = part(
+        default={"use": "smooth-tanh"}, doc="how a command is brought inside the limits"
+    )
+    disturbances: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="forces and torques beside the actuators")
+    faults: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="what goes wrong with the actuators")
+    navigation: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
+        default=[], doc="errors between the true motion and what the controller sees"
+    )
+    controller: Annotated[Choice, OneChoice()] = part(doc="the controller under test")
+    baselines: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
+        default=[], doc="controllers that fly the same draws, to compare with"
+    )
+    sampler: Annotated[Choice, OneChoice()] = part(
+        default={"use": "monte-carlo"}, doc="where the numbers of the samples come from"
+    )
+    correlate: tuple[Correlation, ...] = part(default=[], doc="draws that are not independent")
+    epistemic: tuple[str, ...] = option(default=(), doc="names of draws, or beginnings of names, that are unknown and no chance")
+    capture: Capture = part(default={}, doc="when a sample counts as captured")
+    corridor: Corridor = part(default={}, doc="approach cone")
+    margins: Annotated[Mapping[str, Formula], Margins()] = part(
+        default={}, doc="formulas over signals, by name; by how much each is satisfied becomes the metric margin.<name>"
+    )
+    require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
+    keep: Keep = part(default={}, doc="which flights are kept as traces")
+    audit: AuditRules = part(default={}, doc="proof before the first flight that every dispersion acts")
+
+    tune: Tuning | None = part(default=None, doc="what `rvjax tune` searches; a flight knows nothing of it")
+
+    _source: Source = PrivateAttr(default_factory=lambda: Source(""))
+
+    @field_validator("name")
+    @classmethod
+    def _plain_name(cls, name: str) -> str:
+        if not NAME.fullmatch(name):
+            refuse(Problem(f"found {describe(name)}", NAME_WORDS))
+        return name
+
+    @field_validator("baselines")
+    @classmethod
+    def _other_names(cls, baselines: tuple[Choice, ...], info: ValidationInfo) -> tuple[Choice, ...]:
+        if "controller" in info.data:
+            own = info.data["controller"].name
+            accepted = "accepted: another name than that of the controller under test"
+            found = [index for index, one in enumerate(baselines) if one.name == own]
+            if found:
+                refuse(*(Problem(f"the name {own} stands twice", accepted, (index, "name")) for index in found))
+        return baselines
+
+    @field_validator("capture")
+    @classmethod
+    def _inside_flight(cls, capture: Capture, info: ValidationInfo) -> Capture:
+        if "horizon" in info.data and capture.window_s > info.data["horizon"].duration_s:
+            accepted = f"accepted: at most the flight of {info.data['horizon'].duration_s:g} s"
+            refuse(Problem(f"the closing window of {capture.window_s:g} s is too long", accepted, ("window_s",)))
+        return capture
+
+    @field_validator("tune")
+    @classmethod
+    def _other_seed(cls, tune: Tuning | None, info: ValidationInfo) -> Tuning | None:
+        """Who confirms on the draws of the search confirms nothing."""
+        if tune is not None and "seed" in info.data:
+            fresh = info.data["seed"] if tune.confirm.seed is None else tune.confirm.seed
+            if fresh == (info.data["seed"] + 1 if tune.seed is None else tune.seed):
+                place = ("confirm", "seed") if tune.confirm.seed is not None else ("seed",)
+                refuse(Problem(f"{fresh} is the seed of the search and of its confirmation", "accepted: two seeds", place))
+        return tune
+
+    @property
+    def source(self) -> Source:
+        """The file this was read from; no part of what a campaign is."""
+        return self._source
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Spec) and self.__dict__ == other.__dict__
+
+    @property
+    def components(self) -> tuple[Choice, ...]:
+        """Every component that is used."""
+        return (self.controller, self.saturation, *self.faults, *self.disturbances, *self.navigation, self.sampler)
+
+    def fingerprint(self, parameters: Mapping[Place, Model] | None = None) -> str:
+        """SHA-256 of all that determines draws and flights, in whatever order and whether defaults are written or not.
+
+        parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
+        """
+        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate", "epistemic", "tune"}
+        parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
+        parts["parameters"] = self._said(parameters or {})
+        parts["correlate"] = sorted(group.ordered for group in self.correlate)
+        parts["epistemic"] = sorted(set(self.epistemic))
+        return _digest(parts)
+
+    def structure(self, parameters: Mapping[Place, Model]) -> str:
+        """SHA-256 of all that decides which functions fly: campaigns of one structure are flown by one compiled program, whatever
+        their numbers and draws. parameters: as in `fingerprint`."""
+        names = ("precision", "saturation", "faults", "disturbances", "navigation", "controller", "actuators", "margins")
+        parts: dict[str, Any] = {name: getattr(self, name) for name in names}
+        parts |= {"parameters": self._said(parameters), "control_steps": self.horizon.control_steps}
+        return _digest(parts, numbers=False)
+
+    def _said(self, parameters: Mapping[Place, Model]) -> dict[str, Any]:
+        """What every component says, by its place."""
+        return {".".join(map(str, choice.path)): parameters.get(choice.path, choice.parameters) for choice in self.components}
+
+
+def _digest(parts: Mapping[str, Any], numbers: bool = True) -> str:
+    text = json.dumps(_canonical(parts, numbers), sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _canonical(value: Any, numbers: bool) -> Any:
+    """Plain JSON values in which equal numbers look the same and texts for people are left out. numbers: with those of the
+    quantities, which a compiled program gets when it flies."""
+    if isinstance(value, Model):
+        return {name: _canonical(getattr(value, name), numbers) for name in type(value).model_fields}
+    if isinstance(value, Choice):
+        return [value.use, value.name]
+    if isinstance(value, Quantity):
+        return _canonical([value.shape, value.parts, value.joint] if numbers else [value.shape, len(value.parts)], numbers)
+    if is_dataclass(value):
+        known = [_canonical(getattr(value, field.name), numbers) for field in fields(value) if field.compare]
+        return {type(value).__name__: known}
+    if isinstance(value, Mapping):
+        return {str(key): _canonical(item, numbers) for key, item in cast("Mapping[Any, Any]", value).items()}
+    if isinstance(value, (list, tuple)):
+        return [_canonical(item, numbers) for item in cast("Sequence[Any]", value)]
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def parse(path: str | Path | Source, overrides: Sequence[str] = ()) -> tuple[Spec | None, list[Finding], Source]:
+    """A campaign file, or one that was read before, its findings, and its source; the campaign is None exactly if there are
+    findings."""
+    source = attach(override(path if isinstance(path, Source) else read(path), overrides))
+    findings = list(source.findings)
+    if source.value is None:
+        return None, findings, source
+    spec, more = validate(Spec, source.value, (), source)
+    known = {(finding.where, finding.path) for finding in findings}
+    findings += [finding for finding in more if (finding.where, finding.path) not in known]
+    if spec is None or findings:
+        return None, findings, source
+    spec._source = source  # pyright: ignore[reportPrivateUsage]
+    return spec, [], source
+
+
+def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
+    """A campaign file, or `CampaignError` with every finding. overrides: `place=value`, as in `--set`."""
+    spec, findings, _ = parse(path, overrides)
+    if spec is None:
+        raise CampaignError(findings)
+    return spec

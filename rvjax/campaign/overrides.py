@@ -1,0 +1,78 @@
+"""`--set place=value`: another value at one place of a campaign, read as YAML; findings name the argument itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import deepcopy
+from dataclasses import replace
+from typing import Any
+
+from rvjax.campaign.choice import entry_names
+from rvjax.campaign.plain_values import Place, dotted, is_list, is_mapping, shorten
+from rvjax.campaign.source import Source
+from rvjax.campaign.yaml_document import parse
+from rvjax.errors import Finding
+
+
+def override(source: Source, assignments: Sequence[str]) -> Source:
+    """The source with every assignment made, in their order; findings are added where one cannot be made."""
+    if source.value is None:
+        return source
+    value, marks, key_marks = deepcopy(source.value), dict(source.marks), dict(source.key_marks)
+    changed = replace(source, value=value, marks=marks, key_marks=key_marks)
+    findings = [finding for assignment in assignments for finding in _assign(changed, assignment)]
+    return replace(changed, findings=(*source.findings, *findings))
+
+
+def value_at(said: Any, path: str) -> tuple[bool, Any]:
+    """Whether a campaign says something at a place, and what."""
+    value: Any = said
+    for step in path.split("."):
+        key: Any = _key(value, step)
+        if key is None or (is_mapping(value) and step not in value):
+            return False, None
+        value = value[key]
+    return True, value
+
+
+def _assign(source: Source, assignment: str) -> list[Finding]:
+    """Make one assignment in place, or say why it cannot be made."""
+    label = f"--set {shorten(' '.join(assignment.split()), 100)}"
+    path, equals, text = assignment.partition("=")
+    if not equals or not path:
+        return [Finding(label, "", "no place or no value", "accepted: place=value, such as pursuer.mass_kg=120")]
+    given = parse(text, label)
+    if given.findings:
+        return [replace(finding, where=label, path=path) for finding in given.findings]
+    held: Any = source.value
+    place: Place = ()
+    steps = path.split(".")
+    for left, step in enumerate(steps, start=1 - len(steps)):
+        key = _key(held, step)
+        if key is None:
+            found, accepted = f"there is no {step} here", f"accepted: {', '.join(_steps(held)) or dotted(place)}"
+            return [Finding(label, dotted((*place, step)), found, accepted)]
+        place = (*place, key)
+        if not left:
+            held[key] = given.value
+        else:
+            held = held.setdefault(step, {}) if is_mapping(held) else held[int(key)]
+    for marks in (source.marks, source.key_marks):
+        for old in [old for old in marks if old[: len(place)] == place]:
+            del marks[old]
+    source.marks.update({(*place, *below): label for below in given.marks})
+    source.key_marks.update({(*place, *below): label for below in given.key_marks})
+    return []
+
+
+def _key(held: Any, step: str) -> str | int | None:
+    """The key or index that a step means in what it leads into; None if it leads nowhere."""
+    if is_mapping(held):
+        return step
+    steps = _steps(held)
+    return steps.index(step) % len(held) if step in steps else None
+
+
+def _steps(held: Any) -> list[str]:
+    """What leads into a list: the index of each entry, then the name of each."""
+    return [*map(str, range(len(held))), *entry_names(held)] if is_list(held) else []

@@ -1,0 +1,78 @@
+"""A number with its unit, fixed or drawn: a scalar, the three components of a vector, the six channels, or one a thruster."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from rvjax.campaign.distributions import Distribution, Fixed, JointDistribution
+from rvjax.campaign.distributions.interface import Array
+from rvjax.campaign.thruster_layout import MOST, thruster_names
+
+Shape = Literal["scalar", "vector", "channels", "thrusters"]
+
+COMPONENTS: dict[Shape, tuple[str, ...]] = {
+    "scalar": (),
+    "vector": ("x", "y", "z"),
+    "channels": ("fx", "fy", "fz", "tx", "ty", "tz"),
+    "thrusters": thruster_names(MOST),
+}
+"""Of thrusters: as many of them as there are."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number or numbers in SI.
+
+    parts: one distribution for each component (one for a scalar), none if `joint` is given; unit: SI, "1" without
+    dimension; doc: what it means.
+    """
+
+    shape: Shape
+    parts: tuple[Distribution, ...]
+    joint: JointDistribution | None
+    unit: str
+    doc: str
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """() for a scalar; x, y, z; fx, fy, fz, tx, ty, tz; t1, t2, …"""
+        names = COMPONENTS[self.shape]
+        return names[: len(self.parts)] if self.shape == "thrusters" else names
+
+    def names(self, name: str) -> tuple[str, ...]:
+        """Names of the components of a quantity called so: `start.rho_m.x`; its own name, of a scalar."""
+        return tuple(f"{name}.{component}" for component in self.components) or (name,)
+
+    def draw(self, name: str, uniforms: Callable[[str, int], Array], count: int) -> tuple[Array, ...]:
+        """The components of a quantity called so, each of shape (count,). uniforms(name, k): (count, k) numbers in (0, 1)."""
+        if self.joint is not None:
+            block = self.joint.ppf(uniforms(name, self.joint.uniforms))
+            return tuple(block[:, index] for index in range(len(self.components)))
+        return tuple(
+            part.ppf(uniforms(own, 1)[:, 0]) if part.uniforms else np.full(count, part.low)
+            for own, part in zip(self.names(name), self.parts, strict=True)
+        )
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether nothing of it is drawn."""
+        return self.joint is None and all(isinstance(part, Fixed) for part in self.parts)
+
+    @property
+    def supports(self) -> tuple[tuple[float, float], ...]:
+        """(low, high) of each component (one for a scalar): every possible draw lies between them."""
+        if self.joint is not None:
+            return ((-self.joint.radius, self.joint.radius),) * len(self.components)
+        return tuple((part.low, part.high) for part in self.parts)
+
+    @property
+    def largest_norm(self) -> float:
+        """sup |X| over every possible draw."""
+        if self.joint is not None:
+            return self.joint.radius
+        return math.hypot(*(max(abs(low), abs(high)) for low, high in self.supports))

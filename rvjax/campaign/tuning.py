@@ -1,0 +1,157 @@
+"""The section `tune`: which values of the campaign are searched, for what, with which budget, and how the result is confirmed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonSchema, field_validator, model_validator
+
+from rvjax.campaign.choice import Choice, OneChoice
+from rvjax.campaign.fields import Model, count, flag, number, option, part
+from rvjax.campaign.plain_values import is_list
+from rvjax.campaign.problems import Problem, problems, refuse
+from rvjax.campaign.tuning_parameters import Parameter, Parameters
+
+_FORMS = ("quantile", "cvar", "mean", "probability")
+
+Goal = Literal["weighted", "lexicographic", "pareto"]
+
+
+class Objective(Model):
+    """One number of all samples of a candidate, to be as good as possible: the smaller the better where the metric is so."""
+
+    metric: str = option(doc="captured, or the name of a metric, also of a margin")
+    channel: Literal["fx", "fy", "fz", "tx", "ty", "tz", "any"] | None = option(
+        default=None, doc="of a metric that every channel has; any: the worst channel"
+    )
+    quantile: float | None = number("1", default=None, above=0.0, below=1.0, doc="this quantile of the metric")
+    cvar: float | None = number(
+        "1", default=None, above=0.0, below=1.0, doc="the mean of the samples that are worse than this share of all"
+    )
+    mean: bool = flag(default=False, doc="the mean of the metric")
+    probability: bool = flag(default=False, doc="the share of samples below or above a value, or captured; to be large")
+    below: float | None = number("1", default=None, doc="probability: that the metric is below this, in its unit")
+    above: float | None = number("1", default=None, doc="probability: that the metric is above this, in its unit")
+    sense: Literal["smallest", "largest"] | None = option(default=None, doc="of a metric of which neither is known to be better")
+    weight: float = number("1", default=1.0, above=0.0, doc="in the weighted sum, per unit of the metric")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Objective:
+        given = [name for name in _FORMS if getattr(self, name) not in (None, False)]
+        if len(given) != 1:
+            found = f"{' and '.join(given)} together" if given else "neither quantile nor cvar nor mean nor probability"
+            refuse(Problem(found, "accepted: one of quantile, cvar, mean and probability"))
+        sides = [name for name in ("below", "above") if getattr(self, name) is not None]
+        needed = 1 if self.probability and self.metric != "captured" else 0
+        if len(sides) != needed:
+            found = " and ".join(sides) if sides else "neither below nor above"
+            accepted = "accepted: probability with one of below and above" if needed else "accepted: none here"
+            refuse(Problem(found, accepted, (sides[-1],) if sides else (), at_key=bool(sides)))
+        if self.metric == "captured" and not self.probability:
+            refuse(Problem(f"captured has no {given[0]}", "accepted: probability: true", (given[0],), at_key=True))
+        if self.probability and self.sense is not None:
+            refuse(Problem("a probability is to be large", "accepted: no sense", ("sense",), at_key=True))
+        return self
+
+
+class Budget(Model):
+    """The search ends as soon as one of them is used up."""
+
+    candidates: int | None = count(default=None, at_least=1, at_most=1_000_000, doc="how many candidates")
+    flights: int | None = count(default=None, at_least=1, doc="how many flights of candidates")
+    minutes: float | None = number(
+        "1", default=None, above=0.0, doc="how long it searches; what comes of it then depends on that"
+    )
+
+    @model_validator(mode="after")
+    def _some(self) -> Budget:
+        if self.candidates is None and self.flights is None and self.minutes is None:
+            refuse(Problem("nothing", "accepted: candidates, flights or minutes"))
+        return self
+
+
+class Race(Model):
+    """Candidates fly a few samples, those that are not worse fly more."""
+
+    first: int | None = count(
+        default=None, at_least=2, doc="samples of the first round; as many as of the last: no race; without: a sixteenth"
+    )
+    growth: float = number("1", default=2.0, above=1.0, at_most=16.0, doc="how many times the samples of a round the next has")
+    keep: float = number(
+        "1", default=0.5, above=0.0, at_most=1.0, doc="largest share of candidates that goes on; 1: by tests only"
+    )
+    risk: float = number("1", default=0.05, above=0.0, at_most=0.5, doc="probability that tests throw out the best of a race")
+    hard: int = count(default=0, at_most=10_000, doc="so many of the hardest samples known fly in every first round as well")
+
+
+class Confirmation(Model):
+    """The winner and the campaign's own values, on draws that the search has not seen."""
+
+    samples: int | None = count(default=None, at_least=1, doc="how many; the campaign's")
+    seed: int | None = count(default=None, doc="of the draws; the campaign's")
+    confidence: float = number("1", default=0.95, at_least=0.5, below=1.0, doc="of the comparison with the campaign's own values")
+
+
+def _objectives(given: Any) -> tuple[Objective, ...]:
+    """One objective, or a list of them; problems have the places that the file has."""
+    if not is_list(given):
+        return (Objective.model_validate(given),)
+    if not given:
+        refuse(Problem("found an empty list", "accepted: one objective or more"))
+    found: list[Problem] = []
+    read: list[Objective] = []
+    for index, said in enumerate(given):
+        try:
+            read.append(Objective.model_validate(said))
+        except ValidationError as error:
+            found += [one.below((index,)) for one in problems(error)]
+    return refuse(*found) if found else tuple(read)
+
+
+_OBJECTIVES = WithJsonSchema(
+    {"anyOf": [Objective.model_json_schema(), {"type": "array", "items": Objective.model_json_schema(), "minItems": 1}]}
+)
+
+
+class Tuning(Model):
+    """A search for better values of a campaign, on draws that are the same for all candidates."""
+
+    parameters: Annotated[Mapping[str, Parameter], Parameters()] = part(doc="what is varied, by its place, and over which range")
+    objective: Annotated[tuple[Objective, ...], BeforeValidator(_objectives), _OBJECTIVES] = part(
+        doc="one, or a list; the requirements of the campaign come before all of them"
+    )
+    goal: Goal = option(
+        default="weighted", doc="of several objectives: their sum, the first before the second, or all trade-offs"
+    )
+    method: Annotated[Choice, OneChoice()] = part(default={"use": "cma-es"}, doc="how candidates are proposed")
+    budget: Budget = part(default={"candidates": 200}, doc="when the search ends")
+    samples: int = count(default=1248, at_least=2, at_most=10_000_000, doc="of a candidate that goes through the whole race")
+    seed: int | None = count(default=None, doc="of the draws of the search and of the search; one above the campaign's")
+    race: Race = part(default={}, doc="how many samples a candidate flies")
+    confirm: Confirmation = part(default={}, doc="the verdict in the end")
+
+    @field_validator("samples")
+    @classmethod
+    def _affordable(cls, samples: int, info: ValidationInfo) -> int:
+        budget = info.data.get("budget")
+        if budget is not None and budget.flights is not None and budget.flights < samples:
+            found = f"one candidate of {samples} samples is more than the budget of {budget.flights} flights"
+            refuse(Problem(found, f"accepted: at most {budget.flights} samples, or a larger budget"))
+        return samples
+
+    @field_validator("race")
+    @classmethod
+    def _shorter(cls, race: Race, info: ValidationInfo) -> Race:
+        samples = info.data.get("samples")
+        if samples is not None and race.first is not None and race.first > samples:
+            refuse(Problem(f"found {race.first}", f"accepted: at most the {samples} samples of the last round", ("first",)))
+        return race
+
+    @property
+    def rounds(self) -> tuple[int, ...]:
+        """How many samples a candidate has flown after each round of a race."""
+        sizes = [self.race.first or max(2, self.samples // 16)]
+        while sizes[-1] < self.samples:
+            sizes.append(min(self.samples, max(sizes[-1] + 1, round(sizes[-1] * self.race.growth))))
+        return tuple(sizes)

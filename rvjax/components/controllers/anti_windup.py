@@ -1,0 +1,99 @@
+"""Adaptive backstepping with an anti-windup auxiliary system, which takes what the saturation withholds out of the error.
+
+    ζ̇ = −K_ζζ + h(u) − u                             auxiliary system [N·s, N·m·s]
+    z̄ = z₂ − M₀⁻¹ζ,   M₀ = diag(m₀ I, J₀ I)          error without the saturation's part
+    v = u = −[Yθ̂ + K₂z̄ − Cα₁ + K_ζζ],   θ̂̇ = Γ Yᵀz̄, projected
+
+α₁, z₂, Y: `physics.backstepping`; h(u): the flown saturation, as the drive electronics report it; m₀ and J₀: where θ̂ starts.
+M z̄̇ = −Yθ̃ − K₂z̄ + Cα₁ + d − (M − M₀)ζ̇: the saturation is gone from the error but for the mismatch of M₀, so it neither winds
+up the estimates nor is answered by more command. With M = M₀, without faults and disturbances,
+V = V₁ + ½z̄ᵀMz̄ + ½θ̃ᵀΓ⁻¹θ̃ falls as V̇ = −α₁ᵀCα₁ − z̄ᵀK₂z̄ − α₁ᵀC M₀⁻¹ζ, in saturation too; unsaturated, ζ = 0.
+
+M. Chen, S. S. Ge, B. Ren, "Adaptive tracking control of uncertain MIMO nonlinear systems with input constraints", Automatica,
+2011 (auxiliary design system). Baseline of this project; gains: docs/controllers.md.
+Does not do: bound or estimate disturbances, tolerate faults; what a failed actuator withholds is not in h(u).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from rvjax.campaign import Model, Quantity, part, retuned, scalar
+from rvjax.columns import Column
+from rvjax.components.controllers.interface import ESTIMATES, Law, Response, Saturate
+from rvjax.components.registry import Component
+from rvjax.physics.backstepping import (
+    AdaptationGains,
+    FirstErrorGains,
+    TrackingGains,
+    adaptation,
+    certainty_equivalence,
+    drift,
+    nominal,
+    tracking,
+)
+from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.vectors import Channels, Scalar, Symmetric
+
+
+class Gains(
+    retuned(TrackingGains, k1=0.3, k_sigma=1.2, k2_force=200.0, k2_torque=75.0),
+    retuned(FirstErrorGains, c_force=11.0, c_torque=0.8),
+    AdaptationGains,
+):
+    """Numbers of the law."""
+
+    k_zeta_force: Quantity = scalar("1/s", default=0.16, above=0.0, doc="leak K_ζ of the force channels, 1/s")
+    k_zeta_torque: Quantity = scalar("1/s", default=0.55, above=0.0, doc="leak K_ζ of the torque channels, 1/s")
+
+
+class Parameters(Model):
+    """The gains."""
+
+    gains: Gains = part(default={}, doc="gains")
+
+
+class Control(NamedTuple):
+    """m̂ [kg], Ĵ [kg·m²], ζ [N·s, N·m·s]."""
+
+    mass: Scalar
+    inertia: Symmetric
+    zeta: Channels
+
+
+def start(seen: Seen, gains: Numbers) -> Control:
+    """θ̂(0) from the gains, ζ = 0."""
+    return Control(*nominal(gains), seen.upper * 0.0)
+
+
+def respond(seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+    """v, and the rate of (θ̂, ζ)."""
+    now = tracking(True, seen, gains)
+    now = now._replace(z2=now.z2 - state.zeta / Channels.pair(gains.mass_guess_kg, gains.inertia_guess_kgm2))
+    leak = Channels.pair(gains.k_zeta_force, gains.k_zeta_torque) * state.zeta
+    command = certainty_equivalence(now, state.mass, state.inertia, gains) - leak
+    h, _ = saturate(command)
+    rate = Control(*adaptation(now, now.z2, state.mass, state.inertia, gains), zeta=h - command - leak)
+    signals = {
+        "mass_kg": state.mass,
+        "inertia_kgm2": state.inertia,
+        "zeta_force": state.zeta.force,
+        "zeta_torque": state.zeta.torque,
+    }
+    return Response(command, rate, Report(command * 0.0, drift(state.mass, state.inertia, gains), signals))
+
+
+SIGNALS = {
+    **ESTIMATES,
+    "zeta_force": Column("zeta_force", "N·s", "auxiliary state, force channels"),
+    "zeta_torque": Column("zeta_torque", "N·m·s", "auxiliary state, torque channels"),
+}
+
+
+def build(parameters: Parameters) -> Law:
+    """The law."""
+    del parameters
+    return Law(start, respond, SIGNALS)
+
+
+COMPONENT = Component(Parameters, build)

@@ -1,0 +1,102 @@
+"""Disturbance-observer fault-tolerant controller: one observer for everything unknown, and its compensation.
+
+    M₀ẋ₂ = Y₀θ₀ + h(v) + D,   x₂ = (ν, ω)             D: faults, disturbances, the mismatch of m₀ and J₀, one wrench
+    D̂ = p + L M₀x₂,   ṗ = −L [Y₀θ₀ + h(v) + D̂]        observer; D̂(0) = 0
+    v = −[Yθ₀ + K₂z₂ − Cα₁ + D̂]
+
+Y₀: Y about zero virtual velocity, so that Y₀θ₀ = (m₀(n − Ω×ν), J₀(ω×Rω_t − Rω̇_t) − Ω×J₀Ω); α₁, z₂, Y: `physics.backstepping`;
+M₀ = diag(m₀ I, J₀ I). Then D̂̇ = L (D − D̂): D̂ is D behind a first-order lag of bandwidth L, and the error of a constant D falls
+as e^{−Lt}. h(v) is what the electronics report, so saturation is not taken for a disturbance, and D̂ does not grow with it.
+A loss of effectiveness, D = (e − 1)h(v), depends on v: D̂ then follows at the rate eL (m₀/m), which is stable for every e > 0.
+
+W.-H. Chen, D. Ballance, P. Gawthrop, J. O'Reilly, "A nonlinear disturbance observer for robotic manipulators", IEEE Trans.
+Industrial Electronics, 2000. Baseline of this project; gains: docs/controllers.md. Does not do: tell a fault from a
+disturbance, adapt mass or inertia; D̂ follows a measured velocity, so its noise is amplified by L M₀.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from rvjax.campaign import Model, Quantity, part, retuned, scalar
+from rvjax.columns import Column
+from rvjax.components.controllers.interface import WRENCH, Law, Response, Saturate
+from rvjax.components.registry import Component
+from rvjax.physics.backstepping import (
+    FirstErrorGains,
+    NominalGains,
+    Tracking,
+    TrackingGains,
+    certainty_equivalence,
+    following,
+    model,
+    nominal,
+    tracking,
+)
+from rvjax.physics.dynamics import relative
+from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.vectors import Channels
+
+
+class Gains(
+    retuned(TrackingGains, k1=0.19, k_sigma=0.089, k2_force=61.0, k2_torque=28.0),
+    retuned(FirstErrorGains, c_force=3.4, c_torque=5.8),
+    NominalGains,
+):
+    """Numbers of the law."""
+
+    observer_force_rad_s: Quantity = scalar("rad/s", default=0.99, above=0.0, doc="bandwidth L of the force channels")
+    observer_torque_rad_s: Quantity = scalar("rad/s", default=0.91, above=0.0, doc="bandwidth L of the torque channels")
+
+
+class Parameters(Model):
+    """The gains."""
+
+    gains: Gains = part(default={}, doc="gains")
+
+
+class Control(NamedTuple):
+    """p [N, N·m]."""
+
+    p: Channels
+
+
+def free(seen: Seen) -> Tracking:
+    """x₂ in the place of z₂, and Y₀ in that of Y."""
+    zero = seen.upper * 0.0
+    return following(seen, relative(seen.motion, seen.target, seen.alpha_t, seen.port), zero, zero)
+
+
+def momentum(now: Tracking, gains: Numbers) -> Channels:
+    """L M₀x₂."""
+    slope = (gains.observer_force_rad_s * gains.mass_guess_kg, gains.observer_torque_rad_s * gains.inertia_guess_kgm2)
+    return Channels.pair(*slope) * now.z2
+
+
+def start(seen: Seen, gains: Numbers) -> Control:
+    """D̂ = 0."""
+    return Control(-momentum(free(seen), gains))
+
+
+def respond(seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+    """v, and the rate of p."""
+    theta, plant = nominal(gains), free(seen)
+    estimate = state.p + momentum(plant, gains)
+    command = certainty_equivalence(tracking(True, seen, gains), *theta, gains) - estimate
+    h, _ = saturate(command)
+    speed = Channels.pair(gains.observer_force_rad_s, gains.observer_torque_rad_s)
+    rate = -(speed * (model(plant, *theta) + h + estimate))
+    nothing = command * 0.0
+    return Response(command, Control(rate), Report(nothing, nothing.force.x, {"disturbance": estimate}))
+
+
+SIGNALS = {"disturbance": Column("disturbance", WRENCH, "estimated lumped disturbance")}
+
+
+def build(parameters: Parameters) -> Law:
+    """The law."""
+    del parameters
+    return Law(start, respond, SIGNALS)
+
+
+COMPONENT = Component(Parameters, build)

@@ -1,0 +1,41 @@
+"""What a controller is: two functions of one sample at one instant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from rvjax.columns import Column
+from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.vectors import Channels
+
+WRENCH = "N, N·m"
+
+Saturate = Callable[[Channels], tuple[Channels, Channels]]
+"""v → (h(v), h'(v)) of the flown actuators: what the drive electronics report back."""
+
+
+ESTIMATES = {
+    "mass_kg": Column("mass_kg", "kg", "estimated mass"),
+    "inertia_kgm2": Column("inertia_kgm2", "kg·m²", "estimated inertia"),
+}
+"""Signals of a controller that estimates mass and inertia."""
+
+
+class Response(NamedTuple):
+    """command: v before the saturation [N, N·m]; rate: of the controller's own state; report: for metrics and traces."""
+
+    command: Channels
+    rate: Any
+    report: Report
+
+
+class Law(NamedTuple):
+    """start(seen, gains) → the controller's own state at t = 0; respond(seen, state, saturate, gains) → `Response`.
+
+    signals: unit and meaning of each signal of its report; the unit WRENCH is that of the channel.
+    """
+
+    start: Callable[[Seen, Numbers], Any]
+    respond: Callable[[Seen, Any, Saturate, Numbers], Response]
+    signals: Mapping[str, Column] = {}

@@ -1,0 +1,81 @@
+"""Nominal adaptive backstepping with a hard clip: estimates mass and inertia, knows no faults and no limits.
+
+    u = −[Yθ̂ + K₂z₂ − Cα₁],   v = min(max(u, −u⁻), u⁺) at the nominal limits
+    θ̂̇ = Γ Yᵀz₂, projected into bounds, and never frozen
+
+α₁, z₂, Y: `rvjax.physics.backstepping`. With no faults, disturbances or limits, V = V₁ + ½z₂ᵀMz₂ + ½θ̃ᵀΓ⁻¹θ̃ falls as
+V̇ = −α₁ᵀCα₁ − z₂ᵀK₂z₂, whatever the mass and inertia are. Behind the clip that proof is void: while z₂ is large because the
+actuators are at their limit, the estimates go on moving (they wind up).
+
+M. Krstić, I. Kanellakopoulos, P. Kokotović, "Nonlinear and adaptive control design", 1995, ch. 3–4. Baseline of this project;
+gains: docs/controllers.md. Does not do: bound or estimate disturbances, compensate the clip, tolerate faults.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from rvjax.campaign import Model, part, retuned
+from rvjax.components.controllers.interface import ESTIMATES, Law, Response, Saturate
+from rvjax.components.registry import Component
+from rvjax.physics.backstepping import (
+    AdaptationGains,
+    FirstErrorGains,
+    TrackingGains,
+    adaptation,
+    certainty_equivalence,
+    drift,
+    nominal,
+    tracking,
+)
+from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.vectors import Scalar, Symmetric, each
+
+
+class Gains(
+    retuned(TrackingGains, k1=0.3, k_sigma=0.64, k2_force=200.0, k2_torque=69.0),
+    retuned(FirstErrorGains, c_force=3.8, c_torque=7.2),
+    AdaptationGains,
+):
+    """Numbers of the law."""
+
+
+class Parameters(Model):
+    """The gains."""
+
+    gains: Gains = part(default={}, doc="gains")
+
+
+class Control(NamedTuple):
+    """m̂ [kg], Ĵ [kg·m²]."""
+
+    mass: Scalar
+    inertia: Symmetric
+
+
+def start(seen: Seen, gains: Numbers) -> Control:
+    """θ̂(0) from the gains."""
+    del seen
+    return Control(*nominal(gains))
+
+
+def respond(seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+    """v, and the rate of θ̂."""
+    del saturate
+    now = tracking(True, seen, gains)
+    wanted = certainty_equivalence(now, state.mass, state.inertia, gains)
+    command = each(jnp.clip, wanted, -seen.lower, seen.upper)
+    rate = Control(*adaptation(now, now.z2, state.mass, state.inertia, gains))
+    signals = {"mass_kg": state.mass, "inertia_kgm2": state.inertia}
+    return Response(command, rate, Report(command * 0.0, drift(state.mass, state.inertia, gains), signals))
+
+
+def build(parameters: Parameters) -> Law:
+    """The law."""
+    del parameters
+    return Law(start, respond, ESTIMATES)
+
+
+COMPONENT = Component(Parameters, build)

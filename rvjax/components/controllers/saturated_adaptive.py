@@ -1,0 +1,142 @@
+"""Adaptive saturated fault-tolerant controller: augmented system, Nussbaum gains, robust differentiator.
+
+    1  virtual velocity   (α_ν, α_ω), z₂ and the model Yθ of `rvjax.physics.backstepping`
+    2  virtual wrench     α₂ = −[Ŷθ + K₂z₂ + D̂ ∘ z₂/√(z₂²+ε²)], clipped to 0.95 of the nominal limits when shaped
+       adaptation         θ̂̇ = Γ Yᵀz₂,  D̂̇ = γ_D z₂²/√(z₂²+ε²),  projected, frozen on clipped channels
+    3  augmented system   v̇ = −κv + w,  z₃ = h(v) − α₂,  w̄ = −K₃z₃ + κ h'(v) v + α̂̇₂,  w = N(χ) w̄
+       Nussbaum           χ̇ = γ_χ (z₃/u)(w̄/u)
+    4  differentiator     α̂̇₂ from α₂ (`rvjax.physics.differentiators`)
+
+ε(t) = ε, or ε e^{−at} where it decays. u: mean of the nominal limits.
+
+The smooth asymmetric saturation, the augmented system, the Nussbaum matrix and the Levant differentiator are the paper's
+(K. Xia, W. Huo, ISA Transactions, 2018); every formula here is a reconstruction that agrees with them. The commanded wrench
+h(v) and its slope are known to the controller; mass, inertia, faults and disturbances are not. Limits of the theory:
+docs/model.md.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from rvjax.campaign import Model, Quantity, flag, option, part, scalar
+from rvjax.columns import Column
+from rvjax.components.controllers.interface import ESTIMATES, WRENCH, Law, Response, Saturate
+from rvjax.components.registry import Component
+from rvjax.physics.backstepping import (
+    AdaptationGains,
+    RobustGains,
+    TrackingGains,
+    adaptation,
+    bound_rate,
+    drift,
+    feedback,
+    mean_limit,
+    model,
+    nominal,
+    robust,
+    tracking,
+)
+from rvjax.physics.differentiators import DIFFERENTIATORS
+from rvjax.physics.nussbaum import GAINS
+from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.vectors import Channels, Scalar, Symmetric, each, split
+
+
+class Gains(RobustGains, TrackingGains, AdaptationGains):
+    """Numbers of the law. Rates of adaptation in the units that the equations give them."""
+
+    k3: Quantity = scalar("1/s", default=2.0, above=0.0, doc="wrench gain K₃, 1/s")
+    kappa: Quantity = scalar("1/s", default=0.5, above=0.0, doc="leak κ of the augmented state, 1/s")
+    gamma_chi: Quantity = scalar("1", default=0.02, at_least=0.0, doc="rate γ_χ of the Nussbaum arguments")
+    epsilon_decay: Quantity = scalar("1/s", default=0.01, above=0.0, doc="decay a of ε(t) = ε e^{−at} where it decays")
+    levant_share: Quantity = scalar("1/s²", default=0.2, above=0.0, doc="Levant's L as a share of the mean limit, 1/s²")
+    filter_rad_s: Quantity = scalar("rad/s", default=5.0, above=0.0, doc="bandwidth of the filtered derivative")
+    clip_share: Quantity = scalar("1", default=0.95, above=0.0, at_most=1.0, doc="clip of α₂ as a share of the nominal limits")
+
+
+class Parameters(Model):
+    """Which parts of the law fly; the gains."""
+
+    shaped: bool = flag(default=True, doc="virtual velocity and wrench kept inside the limits (false: the textbook law)")
+    nussbaum: Literal["exp-cos", "quadratic-cos", "none"] = option(default="exp-cos", doc="Nussbaum gain N(χ)")
+    derivative: Literal["levant", "filtered", "none"] = option(default="levant", doc="derivative of the virtual wrench")
+    epsilon: Literal["constant", "decaying"] = option(default="constant", doc="width ε of the robust term over time")
+    adapt_parameters: bool = flag(default=True, doc="adapt m̂ and Ĵ")
+    adapt_bound: bool = flag(default=True, doc="adapt the disturbance bounds D̂")
+    gains: Gains = part(default={}, doc="gains")
+
+
+class Control(NamedTuple):
+    """v [N, N·m], χ, m̂ [kg], Ĵ [kg·m²], D̂ [N, N·m], ζ₀ and ζ₁ of the differentiator."""
+
+    v: Channels
+    chi: Channels
+    mass: Scalar
+    inertia: Symmetric
+    bound: Channels
+    zeta0: Channels
+    zeta1: Channels
+
+
+def start(options: Parameters, seen: Seen, gains: Numbers) -> Control:
+    """v = χ = D̂ = ζ₁ = 0, m̂ and Ĵ = Ĵ₀ I from the gains, ζ₀ = α₂(0)."""
+    zero = seen.upper * 0.0
+    state = Control(zero, zero, *nominal(gains), zero, zero, zero)
+    return state._replace(zeta0=virtual_wrench(options, seen, state, gains)[0])
+
+
+def virtual_wrench(options: Parameters, seen: Seen, state: Control, gains: Numbers) -> tuple[Channels, Control]:
+    """α₂, and the rates of m̂, Ĵ and D̂ (the other rates zero)."""
+    now = tracking(options.shaped, seen, gains)
+    fade = jnp.exp(-gains.epsilon_decay * seen.t) if options.epsilon == "decaying" else 1.0
+    width = Channels.pair(gains.epsilon_force, gains.epsilon_torque) * fade
+    raw = -(model(now, state.mass, state.inertia) + (feedback(now.z2, gains) + robust(now.z2, state.bound, width)))
+    alpha2, free = raw, now.z2
+    if options.shaped:
+        alpha2 = each(jnp.clip, raw, seen.lower * -gains.clip_share, seen.upper * gains.clip_share)
+        free = each(lambda z, a, b: jnp.where(a == b, z, 0.0), now.z2, raw, alpha2)
+
+    rates = jax.tree.map(lambda x: x * 0.0, state)
+    if options.adapt_parameters:
+        mass_rate, inertia_rate = adaptation(now, free, state.mass, state.inertia, gains)
+        rates = rates._replace(mass=mass_rate, inertia=inertia_rate)
+    if options.adapt_bound:
+        rates = rates._replace(bound=bound_rate(free, state.bound, width, mean_limit(seen), gains))
+    return alpha2, rates
+
+
+def respond(options: Parameters, seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+    """v, and the rate of (v, χ, θ̂, D̂, ζ)."""
+    alpha2, rates = virtual_wrench(options, seen, state, gains)
+    limit = mean_limit(seen)
+    differentiator, bound = DIFFERENTIATORS[options.derivative], limit * gains.levant_share
+    derivative, zeta0, zeta1 = split(differentiator, alpha2, state.zeta0, state.zeta1, bound, gains.filter_rad_s)
+    h, slope = saturate(state.v)
+    z3 = h - alpha2
+    wanted = slope * state.v * gains.kappa + derivative - z3 * gains.k3
+    gain = each(GAINS[options.nussbaum], state.chi)
+    rate = rates._replace(v=gain * wanted - state.v * gains.kappa, zeta0=zeta0, zeta1=zeta1)
+    if options.nussbaum != "none":
+        rate = rate._replace(chi=z3 / limit * (wanted / limit) * gains.gamma_chi)
+    signals = {"alpha2": alpha2, "bound": state.bound, "mass_kg": state.mass, "inertia_kgm2": state.inertia}
+    return Response(state.v, rate, Report(state.chi, drift(state.mass, state.inertia, gains), signals))
+
+
+SIGNALS = {
+    "alpha2": Column("alpha2", WRENCH, "virtual wrench"),
+    "bound": Column("bound", WRENCH, "estimated bound of the disturbance"),
+    **ESTIMATES,
+}
+
+
+def build(parameters: Parameters) -> Law:
+    """The law with its options fixed."""
+    return Law(partial(start, parameters), partial(respond, parameters), SIGNALS)
+
+
+COMPONENT = Component(Parameters, build)

@@ -1,0 +1,29 @@
+"""Constant disturbance wrench on the pursuer.
+
+d_f(t) = f,   d_τ(t) = τ,   both fixed in P
+"""
+
+from __future__ import annotations
+
+from rvjax.campaign import Model, Quantity, vector
+from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.registry import Component
+from rvjax.physics.dynamics import Relative
+from rvjax.physics.state import Numbers, Plant, State
+from rvjax.physics.vectors import Channels, Scalar
+
+
+class Parameters(Model):
+    """The wrench, in the pursuer's frame."""
+
+    force_N: Quantity = vector("N", default=0.0, doc="disturbance force f")
+    torque_Nm: Quantity = vector("N·m", default=0.0, doc="disturbance torque τ")
+
+
+def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], numbers: Numbers) -> Channels:
+    """(f, τ)."""
+    del t, y, known, plant, memory
+    return Channels(numbers.force_N, numbers.torque_Nm)
+
+
+COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))

@@ -1,0 +1,38 @@
+"""Sinusoidal disturbance wrench on the pursuer, with its own amplitude, rate and phase in every channel.
+
+dᵢ(t) = aᵢ sin(wᵢ t + φᵢ),   fixed in P
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rvjax.campaign import Model, Quantity, channels, vector
+from rvjax.components.disturbances.interface import Disturbance, loud
+from rvjax.components.registry import Component
+from rvjax.physics.dynamics import Relative
+from rvjax.physics.fast_trig import sin
+from rvjax.physics.state import Numbers, Plant, State
+from rvjax.physics.vectors import Channels, Scalar, each
+
+
+class Parameters(Model):
+    """Amplitude, angular frequency and phase, channel by channel."""
+
+    force_N: Quantity = vector("N", default=0.0, doc="amplitude of the force channels")
+    torque_Nm: Quantity = vector("N·m", default=0.0, doc="amplitude of the torque channels")
+    rate_rad_s: Quantity = channels("rad/s", doc="angular frequency w")
+    phase_rad: Quantity = channels("rad", key="phase_deg", default={"uniform": [0.0, 360.0]}, doc="phase φ at t = 0")
+
+    def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
+        return loud(super()._quantities(prefix), self.force_N, self.torque_Nm)
+
+
+def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], numbers: Numbers) -> Channels:
+    """aᵢ sin(wᵢ t + φᵢ)."""
+    del y, known, plant, memory
+    amplitude = Channels(numbers.force_N, numbers.torque_Nm)
+    return each(lambda a, w, phi: a * sin(w * t + phi), amplitude, numbers.rate_rad_s, numbers.phase_rad)
+
+
+COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))

@@ -1,0 +1,143 @@
+"""Wrench over time out of a table, fixed in P.
+
+    d(t) = a W(t − t₀)         where a step begins, a straight line in between
+    W: the rows, with straight lines between them; before the first row its wrench, behind the last row the last one's
+
+A file, or rows in the campaign. The table is looked up once a step and no kink lies within one, so RK4 keeps its order; rows
+closer to each other than the step are passed over, a kink within a step is cut off by it. All samples fly the same table; scale
+and shift are drawn for each.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Annotated, Any, NamedTuple, Self
+
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, WithJsonSchema, model_validator
+
+from rvjax.campaign import Model, Quantity, Series, option, scalar, series
+from rvjax.campaign.plain_values import describe, is_list, is_number
+from rvjax.campaign.problems import Problem, refuse
+from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.registry import Component
+from rvjax.physics.dynamics import Relative
+from rvjax.physics.state import Numbers, Plant, State, Tick
+from rvjax.physics.vectors import Channels, Scalar
+
+WRENCH = ("fx_N", "fy_N", "fz_N", "tx_Nm", "ty_Nm", "tz_Nm")
+COLUMNS = ("t_s", *WRENCH)
+MOST_ROWS = 10_000
+MOST_NAMED = 20
+"""Wrong rows that are named."""
+
+Rows = tuple[tuple[float, ...], ...]
+ROWS = {
+    "type": "array",
+    "items": {"type": "array", "items": {"type": "number"}, "minItems": len(COLUMNS), "maxItems": len(COLUMNS)},
+    "minItems": 2,
+    "maxItems": MOST_ROWS,
+}
+"""As JSON Schema."""
+
+
+def written(given: Any) -> Rows | None:
+    """The rows of a table as they stand in the campaign."""
+    if given is None:
+        return None
+    if not is_list(given):
+        refuse(Problem(f"found {describe(given)}", f"accepted: a list of rows [{', '.join(COLUMNS)}]"))
+    wrong = [(row, (index,)) for index, row in enumerate(given) if not is_list(row) or len(row) != len(COLUMNS)] or [
+        (value, (index, place)) for index, row in enumerate(given) for place, value in enumerate(row) if not is_number(value)
+    ]
+    if wrong:
+        accepted = f"accepted: {len(COLUMNS)} numbers, {', '.join(COLUMNS)}"
+        refuse(*(Problem(f"found {describe(value)}", accepted, place) for value, place in wrong[:MOST_NAMED]))
+    return tuple(tuple(map(float, row)) for row in given)
+
+
+class Parameters(Model):
+    """The table, in a file or in the campaign itself, and how each sample departs from it."""
+
+    file: Series | None = series(
+        "t_s", optional=WRENCH, default=None, doc=f"file with the columns t_s and some of {', '.join(WRENCH)}; the others are 0"
+    )
+    rows: Annotated[Rows | None, BeforeValidator(written), WithJsonSchema(ROWS)] = option(
+        default=None, doc=f"instead of a file, rows [{', '.join(COLUMNS)}]"
+    )
+    scale: Quantity = scalar("1", default=1.0, doc="factor a on the wrench")
+    shift_s: Quantity = scalar("s", default=0.0, doc="delay t₀ of the table")
+
+    @model_validator(mode="after")
+    def _one_table(self) -> Self:
+        if (self.file is None) == (self.rows is None):
+            found = "neither csv nor rows" if self.rows is None else "both csv and rows"
+            refuse(Problem(found, "accepted: one of them", ("csv",), at_key=True))
+        place = ("csv",) if self.rows is None else ("rows",)
+        count = len(self.table)
+        if not 2 <= count <= MOST_ROWS:
+            refuse(Problem(f"rows in the table: {count:,}", f"accepted: 2 to {MOST_ROWS:,}", place))
+        for row in np.flatnonzero(np.diff(self.table[:, 0]) <= 0.0)[:1] + 1:
+            found = f"row {row + 1} has the time {self.table[row, 0]:g} s"
+            refuse(Problem(found, "accepted: a time after that of the row before", place))
+        return self
+
+    @property
+    def table(self) -> NDArray[np.float64]:
+        """(rows, 7) in the order of `COLUMNS`."""
+        if self.rows is not None:
+            return np.array(self.rows, dtype=np.float64).reshape(-1, len(COLUMNS))
+        assert self.file is not None
+        nothing = (0.0,) * self.file.rows
+        return np.array([self.file[name] if name in self.file.names else nothing for name in COLUMNS]).T
+
+
+class Stretch(NamedTuple):
+    """The wrench [N, N·m] at the beginning t [s] of a step of length h [s], and at its end."""
+
+    t: Scalar
+    h: Scalar
+    first: Channels
+    last: Channels
+
+
+def start(table: NDArray[np.float64], numbers: Numbers) -> Stretch:
+    """The end of no step, at t = 0."""
+    zero = numbers.scale * 0.0
+    now = looked_up(table, zero, numbers)
+    return Stretch(zero, zero + 1.0, now, now)
+
+
+def keep(table: NDArray[np.float64], tick: Tick, y: State, memory: Stretch, numbers: Numbers) -> Stretch:
+    """It begins with what the step before ended with."""
+    del y
+    return Stretch(tick.t, tick.h, memory.last, looked_up(table, tick.t + tick.h, numbers))
+
+
+def looked_up(table: NDArray[np.float64], t: Scalar, numbers: Numbers) -> Channels:
+    """a W(t − t₀) [N, N·m]."""
+    kind = jnp.result_type(numbers.scale)
+    times = jnp.asarray(table[:, 0], kind)
+    at = jnp.clip(t - numbers.shift_s, times[0], times[-1])
+    index = jnp.clip(jnp.searchsorted(times, at, side="right", method="scan_unrolled") - 1, 0, len(table) - 2)
+    slopes = np.diff(table, axis=0)[:, 1:] / np.diff(table[:, :1], axis=0)
+    row = jnp.asarray(np.concatenate([table[:-1], slopes], axis=1), kind)[index]
+    since = at - row[0]
+    return Channels.of(tuple(numbers.scale * (row[1 + i] + row[7 + i] * since) for i in range(6)))
+
+
+def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: Stretch, numbers: Numbers) -> Channels:
+    """The straight line over the step."""
+    del y, known, plant, numbers
+    return memory.first + (memory.last - memory.first) * ((t - memory.t) / memory.h)
+
+
+def build(parameters: Parameters) -> Disturbance:
+    """With this table."""
+    table = parameters.table
+    return Disturbance(push, partial(start, table), partial(keep, table))
+
+
+COMPONENT = Component(Parameters, build)

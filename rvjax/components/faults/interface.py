@@ -1,0 +1,85 @@
+"""What a fault is, and what every fault says: on which channels, from when on, for how long, in which samples.
+
+    u = failed(h, t − t_f)    while the fault acts
+    u = h                     before its onset t_f and after its end: exactly, bit for bit
+
+A fault acts from t_f to t_f + d (without a duration d: for good); an intermittent one during the first part `duty` of every
+period.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple, Self
+
+import jax.numpy as jnp
+from pydantic import BeforeValidator, WithJsonSchema, model_validator
+
+from rvjax.campaign import Model, Quantity, channels, option, part
+from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.schedule import LIST_OF_CHANNELS, Schedule, channel_names
+from rvjax.physics.state import Numbers, Tick
+from rvjax.physics.vectors import Channels, Scalar, each
+
+Failed = Callable[[Channels, Channels, Any, Channels, Numbers], Channels]
+"""(u, time since the onset [s], memory, true upper limits, numbers) → u behind the fault while it acts [N, N·m]."""
+
+
+class Fault(NamedTuple):
+    """act(t, u, memory, upper, numbers) → u behind the fault; upper: true upper limits of the actuators [N, N·m].
+
+    start(u, numbers) → memory before the first step, u = 0. keep(tick, u, memory, numbers) → memory of the step that begins with
+    the tick; u: what comes to the fault at that instant. The memory of a step is held during it.
+    """
+
+    act: Callable[[Scalar, Channels, Any, Channels, Numbers], Channels]
+    start: Callable[[Channels, Numbers], Any] = lambda u, numbers: ()
+    keep: Callable[[Tick, Channels, Any, Numbers], Any] = lambda tick, u, memory, numbers: memory
+
+
+def since(t: Scalar, numbers: Numbers) -> Channels:
+    """max(t − t_f, 0) per channel [s]; 0 where the fault never begins."""
+    return each(lambda onset: jnp.maximum(t - onset, 0.0), numbers.onset_s)
+
+
+def acts(t: Scalar, numbers: Numbers) -> Channels:
+    """Whether the fault acts on each channel: t_f ≤ t < t_f + d, and (t − t_f) mod period < duty · period."""
+    on = each(lambda onset: t >= onset, numbers.onset_s)
+    if "duration_s" in numbers:
+        on = each(lambda a, onset, d: a & (t < onset + d), on, numbers.onset_s, numbers.duration_s)
+    if "period_s" in numbers:
+        turns = each(lambda s, period: s / period, since(t, numbers), numbers.period_s)
+        on = each(lambda a, x, duty: a & (x - jnp.floor(x) < duty), on, turns, numbers.duty)
+    return on
+
+
+def fault(failed: Failed) -> Fault:
+    """A fault without a memory."""
+
+    def act(t: Scalar, u: Channels, memory: Any, upper: Channels, numbers: Numbers) -> Channels:
+        return each(jnp.where, acts(t, numbers), failed(u, since(t, numbers), memory, upper, numbers), u)
+
+    return Fault(act)
+
+
+class FaultParameters(Model):
+    """When a fault acts on which channels, in which samples; on all others it never begins."""
+
+    onset_s: Quantity = channels("s", at_least=0.0, doc="time t_f at which the fault begins")
+    duration_s: Quantity | None = channels("s", default=None, above=0.0, doc="how long it lasts; without: for good")
+    period_s: Quantity | None = channels("s", default=None, above=0.0, doc="intermittent: from one beginning to the next")
+    duty: Quantity | None = channels(
+        "1", default=None, above=0.0, at_most=1.0, doc="intermittent: part of the period that it acts"
+    )
+    channels: Annotated[
+        tuple[str, ...], BeforeValidator(channel_names), WithJsonSchema({"anyOf": [{"const": "all"}, LIST_OF_CHANNELS]})
+    ] = option(default="all", doc="which channels may fail: all, or a list of them")
+    schedule: Schedule | None = part(default=None, doc="which of them fail in a sample; without: all")
+
+    @model_validator(mode="after")
+    def _intermittent(self) -> Self:
+        given = {"period_s": self.period_s, "duty": self.duty}
+        missing = [key for key, value in given.items() if value is None]
+        if len(missing) == 1:
+            refuse(Problem("missing", "accepted: period_s and duty, both or neither", (missing[0],), at_key=True))
+        return self

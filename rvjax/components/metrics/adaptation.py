@@ -1,0 +1,48 @@
+"""Health of an adaptive controller: how far its Nussbaum arguments and its estimates went."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from rvjax.columns import Column
+from rvjax.components.metrics.interface import Metric, Rules
+from rvjax.physics.state import Step
+from rvjax.physics.vectors import Scalar, each, largest
+
+
+class Peaks(NamedTuple):
+    """Largest |χ| over channels and largest relative drift of the estimates, so far."""
+
+    chi: Scalar
+    drift: Scalar
+
+
+def start(rules: Rules) -> Peaks:
+    zero = rules.duration_s * 0.0
+    return Peaks(zero, zero)
+
+
+def update(acc: Peaks, step: Step, weight: Scalar, rules: Rules) -> Peaks:
+    """Running maxima."""
+    del weight, rules
+    return Peaks(jnp.maximum(acc.chi, largest(each(jnp.abs, step.report.chi))), jnp.maximum(acc.drift, step.report.drift))
+
+
+def finish(acc: Peaks, rules: Rules) -> Mapping[str, Scalar]:
+    del rules
+    return {"peak_chi": acc.chi, "peak_estimate_drift": acc.drift}
+
+
+_COLUMNS = (
+    Column("peak_chi", "1", "largest |chi| of any Nussbaum gain; 0 for a controller without", "lower"),
+    Column(
+        "peak_estimate_drift",
+        "1",
+        "largest departure of an estimated mass or inertia entry from its start, relative to the start; 0 without estimates",
+        "lower",
+    ),
+)
+COMPONENT = Metric({column.name: column for column in _COLUMNS}, start, update, finish)

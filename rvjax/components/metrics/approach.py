@@ -1,0 +1,48 @@
+"""Safety of the approach: closest distance between the two bodies' centres of mass, and time outside the approach cone.
+
+The cone has its apex in the docking point and its axis along δ, fixed in the target. Inside the capture tube the direction of
+ρ means nothing, so time there does not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import jax.numpy as jnp
+
+from rvjax.columns import Column
+from rvjax.components.metrics.interface import Metric, Rules
+from rvjax.physics.state import Step
+from rvjax.physics.vectors import Scalar, dot, norm, rotate_back, rotation
+
+
+class Approach(NamedTuple):
+    """Smallest |r_p − R r_t| [m]; time outside the cone [s]."""
+
+    closest: Scalar
+    outside: Scalar
+
+
+def start(rules: Rules) -> Approach:
+    return Approach(jnp.full_like(rules.duration_s, jnp.inf), rules.duration_s * 0.0)
+
+
+def update(acc: Approach, step: Step, weight: Scalar, rules: Rules) -> Approach:
+    """In T: d = Rᵀρ + δ; outside where aᵀRᵀρ < |ρ| cos(half-angle) and |ρ| > tube."""
+    rho = rotate_back(rotation(step.motion.sigma), step.motion.rho)
+    distance = norm(rho)
+    outside = (dot(rules.axis, rho) < rules.cone * distance) & (distance > rules.tube_m)
+    return Approach(jnp.minimum(acc.closest, norm(rho + step.plant.port)), acc.outside + jnp.where(outside, weight, 0.0))
+
+
+def finish(acc: Approach, rules: Rules) -> Mapping[str, Scalar]:
+    del rules
+    return {"closest_approach_m": acc.closest, "corridor_violation_s": acc.outside}
+
+
+_COLUMNS = (
+    Column("closest_approach_m", "m", "smallest distance between the two centres of mass", "higher"),
+    Column("corridor_violation_s", "s", "time outside the approach cone, capture tube left out", "lower"),
+)
+COMPONENT = Metric({column.name: column for column in _COLUMNS}, start, update, finish)

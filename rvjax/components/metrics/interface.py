@@ -1,0 +1,42 @@
+"""What a metric is: a fold over the steps of a flight, so that memory does not grow with the duration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from rvjax.columns import Column
+from rvjax.physics.state import Step
+from rvjax.physics.vectors import Scalar, Vector
+
+
+class Rules(NamedTuple):
+    """What the metrics measure against. Times in s, lengths in m.
+
+    tube_m, tube_mrp: radius of the position and attitude tubes; window_start_s: start of the closing window; duration_s: horizon;
+    last_onset_s: onset of the last fault inside the horizon (−∞ without); cone: cosine of the approach cone's half-angle;
+    axis: unit vector of the docking axis, in T; step_s: integration step; margins: thresholds, scales and windows of the temporal
+    margins, in the order of `rvjax.simulation.temporal_margins`.
+    """
+
+    tube_m: Scalar
+    tube_mrp: Scalar
+    window_start_s: Scalar
+    duration_s: Scalar
+    last_onset_s: Scalar
+    cone: Scalar
+    axis: Vector
+    step_s: Scalar
+    margins: tuple[Scalar, ...] = ()
+
+
+class Metric(NamedTuple):
+    """columns: of the samples table. start(rules) → acc; update(acc, step, weight, rules) → acc; finish(acc, rules) → values.
+
+    weight [s]: quadrature weight of the step (trapezoidal rule), so that Σ weight f(t) ≈ ∫ f dt.
+    """
+
+    columns: Mapping[str, Column]
+    start: Callable[[Rules], Any]
+    update: Callable[[Any, Step, Scalar, Rules], Any]
+    finish: Callable[[Any, Rules], Mapping[str, Any]]

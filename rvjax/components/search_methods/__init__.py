@@ -1,0 +1,12 @@
+"""Searches: how the next candidates of a tuning are chosen, one file each."""
+
+MEMBERS = {
+    "grid": "rvjax.components.search_methods.grid",
+    "random": "rvjax.components.search_methods.random",
+    "sobol": "rvjax.components.search_methods.sobol",
+    "cma-es": "rvjax.components.search_methods.cma_es",
+    "tpe": "rvjax.components.search_methods.tpe",
+    "nsga": "rvjax.components.search_methods.nsga",
+    "gradient": "rvjax.components.search_methods.gradient",
+}
+"""Name in a campaign → module; of those that need an extra, the module says which."""

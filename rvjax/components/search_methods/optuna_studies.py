@@ -1,0 +1,97 @@
+"""Studies of the package Optuna, which the methods `tpe` and `nsga` ask for candidates.
+
+Optuna is imported when a search runs, and is as talkative as it was again once it has been asked.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rvjax.components.search_methods.interface import Axis, Values
+from rvjax.errors import UsageError
+
+if TYPE_CHECKING:
+    from optuna import Study
+    from optuna.distributions import BaseDistribution
+    from optuna.samplers import BaseSampler
+    from optuna.trial import Trial
+
+
+def imported(method: str) -> ModuleType:
+    """Optuna.
+
+    Errors: UsageError if it is not installed.
+    """
+    try:
+        import optuna
+    except ImportError as error:
+        raise UsageError(f"the method {method} needs the package optuna; accepted: pip install 'rvjax[tune]'") from error
+    return optuna
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Without messages of Optuna, and without its warnings that a part of it is new."""
+    from optuna import logging
+
+    before = logging.get_verbosity()
+    logging.set_verbosity(logging.ERROR)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.set_verbosity(before)
+
+
+def study_of(sampler: BaseSampler, objectives: int = 1) -> Study:
+    """A study in memory."""
+    from optuna import create_study
+    from optuna.storages import InMemoryStorage
+    from optuna.study import StudyDirection
+
+    return create_study(storage=InMemoryStorage(), sampler=sampler, directions=[StudyDirection.MINIMIZE] * objectives)
+
+
+@dataclass(frozen=True)
+class Space:
+    """The axes in the words of Optuna: whole numbers and choices by the number of their level."""
+
+    axes: Sequence[Axis]
+
+    @property
+    def distributions(self) -> dict[str, BaseDistribution]:
+        """By the name of the axis."""
+        return {f"x{index}": _distribution(axis) for index, axis in enumerate(self.axes)}
+
+    def parameters(self, point: Values) -> dict[str, Any]:
+        """What a point is called."""
+        named = zip(self.axes, point, strict=True)
+        return {f"x{index}": _level(axis, x) if axis.levels else float(x) for index, (axis, x) in enumerate(named)}
+
+    def points(self, asked: Sequence[Trial]) -> Values:
+        """(m, d) where what was asked for lies."""
+        found = np.array([[one.params[f"x{index}"] for index in range(len(self.axes))] for one in asked], dtype=float)
+        for column, axis in zip(found.T, self.axes, strict=True):
+            if axis.levels:
+                column[:] = (column + 0.5) / axis.levels
+        return found
+
+
+def _distribution(axis: Axis) -> BaseDistribution:
+    from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
+
+    if not axis.levels:
+        return FloatDistribution(0.0, 1.0)
+    return IntDistribution(0, axis.levels - 1) if axis.ordered else CategoricalDistribution(range(axis.levels))
+
+
+def _level(axis: Axis, x: float) -> int:
+    return min(int(x * axis.levels), axis.levels - 1)

@@ -1,0 +1,247 @@
+"""Readings: what the flight has of each draw, beside what the table says of it.
+
+Where a draw is a number of the flight, it is read. Where numbers of the flight are derived from draws, they are derived here
+again, by other formulas and from the columns of the table alone:
+
+    J = Σ Jᵢ aᵢaᵢᵀ,  aᵢ = eᵢ turned by the tilt about the axis, or by the drawn rotation (Rodrigues' formula)
+    J_C = J − m c^× (c^×)ᵀ,  c the centre of mass
+    limit = nominal limit · spread,  largest thrust = nominal one · spread
+    r = r(a, e, ν),  v = v(a, e, ν) in the perifocal frame, by vis-viva and the flight path angle; turned by the MRP as a matrix
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.campaign import Quantity
+from rvjax.campaign.actuators import Thrusters
+from rvjax.campaign.inertia import MatrixInertia, PrincipalInertia
+from rvjax.campaign.quantity import COMPONENTS
+from rvjax.campaign.thruster_layout import thruster_names
+from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.vectors import Thrusts
+from rvjax.simulation.closed_loop import Drawn
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.inertia import Body, bodies
+from rvjax.simulation.problem import NEVER, Part, Problem
+
+Values = NDArray[np.float64]
+
+WELL = 20.0
+"""Ratio of the largest to the smallest moment of inertia up to which J J⁻¹ = I is asked for to the last digits."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One number of the flight, in every lane: as the table has it, and as the compiled program has it.
+
+    columns: the draws that it comes from. exact: it is the draw itself, in the precision of the flight.
+    """
+
+    columns: tuple[str, ...]
+    table: Values
+    inside: Values
+    exact: bool = True
+
+
+def readings(problem: Problem, draws: Draws, numbers: Drawn) -> list[Reading]:
+    """Everything that was drawn; numbers: what the compiled program has in hand."""
+    return [reading for reading in (*_direct(problem, draws, numbers), *_derived(problem, draws, numbers)) if reading.columns]
+
+
+def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+    plant, motion = numbers.plant, numbers.motion
+    named: dict[str, Any] = {
+        "pursuer.mass_kg": plant.mass,
+        "pursuer.centre_of_mass_m": plant.centre,
+        "target.port_m": plant.port,
+        "target.rate_rad_s": numbers.target.w,
+        "start.rho_m": motion.rho,
+        "start.nu_m_s": motion.nu,
+        "start.sigma": motion.sigma,
+        "start.omega_rad_s": motion.omega,
+        "actuators.upper": numbers.upper,
+        "actuators.lower": numbers.lower,
+    }
+    groups = (
+        (problem.faults, numbers.faults),
+        (problem.disturbances, numbers.disturbances),
+        (problem.navigation, numbers.navigation),
+    )
+    for parts, found in groups:
+        for part, own in zip(parts, found, strict=True):
+            named |= {f"{part.prefix}.{name}": own[name] for name in part.quantities}
+    gains = numbers.gains
+    named |= {f"{problem.controller.prefix}.{name}": gains[name.removeprefix("gains.")] for name in problem.controller.quantities}
+    for name, value in named.items():
+        yield from _one(draws, name, value)
+    for part, own in zip(problem.faults, numbers.faults, strict=True):
+        yield from _schedule(draws, part, own)
+
+
+def _one(draws: Draws, name: str, value: Any) -> Iterator[Reading]:
+    """A scalar, or the components of a vector, of the channels or of the thrusters, as far as they are drawn."""
+    parts = value.parts() if hasattr(value, "parts") else (value,)
+    known = {len(components): components for components in COMPONENTS.values() if components}
+    components = ("",) if len(parts) == 1 else known.get(len(parts)) or thruster_names(len(parts))
+    for component, inside in zip(components, parts, strict=True):
+        if (own := f"{name}.{component}".rstrip(".")) in draws.values:
+            yield Reading((own,), draws.values[own], inside)
+
+
+def _schedule(draws: Draws, part: Part, own: Any) -> Iterator[Reading]:
+    """How many channels fail."""
+    if (name := f"{part.prefix}.schedule.failing") in draws.values:
+        begins = [onset < NEVER.value for onset in own["onset_s"].parts()]
+        yield Reading((name,), draws.values[name], np.sum(begins, axis=0))
+    for what in ("count", "probability"):  # they decide the onsets, which are read
+        if (name := f"{part.prefix}.schedule.{what}") in draws.values:
+            yield Reading((name,), draws.values[name], draws.values[name])
+
+
+def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+    spec, plant = problem.spec, numbers.plant
+    actuators = spec.actuators.quantities("actuators")
+    if isinstance(plant.thrust, Thrusts) and isinstance(spec.actuators, Thrusters):
+        nominal = [(most,) for most in spec.actuators.geometry.most]
+        limits = [(nominal, "actuators.spread", plant.thrust)]
+    else:
+        sides = (("upper", plant.upper), ("lower", plant.lower))
+        said = {side: _said(draws, f"actuators.{side}", actuators[f"actuators.{side}"]) for side, _ in sides}
+        limits = [(said[side], f"actuators.spread.{side}", true) for side, true in sides]
+    for nominal, spread, true in limits:
+        for (limit, *first), (factor, *second), inside in zip(
+            nominal, _said(draws, spread, actuators[spread]), true.parts(), strict=True
+        ):
+            yield Reading((*first, *second), limit * factor, inside, exact=False)
+    found = ((plant.inertia, plant.inertia_inverse), (plant.target_inertia, plant.target_inertia_inverse))
+    for body, (inertia, inverse) in zip(bodies(spec), found, strict=True):
+        yield from _body(draws, body, inertia, inverse)
+    yield from _orbit(problem, draws, numbers)
+    yield from _rules(problem, draws, numbers)
+
+
+def _said(draws: Draws, name: str, quantity: Quantity) -> list[tuple[Any, ...]]:
+    """(value, its column if it is drawn) of each component, as the table has it."""
+    names = [f"{name}.{component}" for component in quantity.components] or [name]
+    fixed = [part.low for part in quantity.parts] or [0.0] * len(names)
+    return [
+        (draws.values[own], own) if own in draws.values else (draws.same(low),) for own, low in zip(names, fixed, strict=True)
+    ]
+
+
+def _body(draws: Draws, body: Body, true: Any, inverse: Any) -> Iterator[Reading]:
+    """The inertia about the centre of mass, and that its inverse is one where it is a body's: a moved draw may make none."""
+    expected, columns = _inertia(draws, body.path, body.inertia)
+    if body.beside:
+        (mass, *heavy), *centre = (item for name, one in body.beside.items() for item in _said(draws, name, one))
+        arm = _skew(np.stack([value for value, *_ in centre], axis=-1))
+        expected = expected - mass[:, None, None] * (arm @ np.swapaxes(arm, 1, 2))
+        columns += (*heavy, *(column for _, *drawn in centre for column in drawn))
+    inside = _matrix(true)
+    places = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+    entries = [
+        _said(draws, f"{body.path}.{name}", one) for name, one in body.inertia.quantities().items() if one.shape == "vector"
+    ]
+    plain = isinstance(body.inertia, MatrixInertia) and not body.beside
+    own = [tuple(column) for said in entries for _, *column in said] if plain else [columns] * len(places)
+    for (i, j), those in zip(places, own, strict=True):
+        yield Reading(those, expected[:, i, j], inside[:, i, j], exact=plain)
+    sizes = np.linalg.eigvalsh(inside)
+    clear = sizes[:, 0] * WELL > sizes[:, 2]
+    product = np.where(clear[:, None, None], inside @ _matrix(inverse), np.eye(3))
+    for i, j in np.ndindex(3, 3):
+        yield Reading(columns, draws.same(float(i == j)), product[:, i, j], exact=False)
+    if (name := f"{body.path}.rejected") in draws.values:  # it counts what does not fly
+        yield Reading((name,), draws.values[name], draws.values[name])
+
+
+def _inertia(draws: Draws, name: str, inertia: PrincipalInertia | MatrixInertia) -> tuple[Values, tuple[str, ...]]:
+    """(samples, 3, 3) J about the reference point, and the columns that it comes from."""
+    moments, products = inertia.entries
+    said = [*_said(draws, f"{name}.{'moments' if products else 'principal'}", moments)]
+    if products is not None:
+        said += _said(draws, f"{name}.products", products)
+        xx, yy, zz, yz, xz, xy = (value for value, *_ in said)
+        whole = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3)
+        return whole, tuple(column for _, *drawn in said for column in drawn)
+    assert isinstance(inertia, PrincipalInertia)
+    ((tilt, *tilted),) = _said(draws, f"{name}.tilt_rad", inertia.tilt_rad)
+    turning = "rotation" if inertia.attitude else "axis"
+    turn = [draws.values.get(f"{name}.{turning}.{one}", draws.same(float(one == "x"))) for one in "xyz"]
+    columns = [column for _, *drawn in said for column in drawn] + tilted
+    columns += [f"{name}.{turning}.{one}" for one in "xyz" if f"{name}.{turning}.{one}" in draws.values]
+    turned = _from_mrp(np.stack(turn, axis=-1)) if inertia.attitude else _rodrigues(np.stack(turn, axis=-1), tilt)
+    diagonal = np.stack([value for value, *_ in said], axis=-1)
+    return np.einsum("nij,nj,nkj->nik", turned, diagonal, turned), tuple(columns)
+
+
+def _matrix(symmetric: Any) -> Values:
+    """(n, 3, 3) from the six entries."""
+    xx, yy, zz, yz, xz, xy = (np.asarray(part, dtype=np.float64) for part in symmetric.parts())
+    return np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3)
+
+
+def _rules(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+    """The docking axis, and the last onset inside the flight, as the metrics have them."""
+    port = _said(draws, "target.port_m", problem.spec.target.port_m)
+    columns = tuple(column for _, *drawn in port for column in drawn)
+    vector = np.stack([value for value, *_ in port], axis=-1)
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    for row, inside in zip((vector / np.where(length > 0.0, length, 1.0)).T, numbers.rules.axis.parts(), strict=True):
+        yield Reading(columns, row, inside, exact=False)
+    onsets = [one for part in problem.faults for one in _said(draws, f"{part.prefix}.onset_s", part.quantities["onset_s"])]
+    inside = [np.where(x <= problem.spec.horizon.duration_s, x, -np.inf) for x, *_ in onsets]
+    columns = tuple(column for _, *drawn in onsets for column in drawn)
+    yield Reading(columns, np.max([draws.same(-np.inf), *inside], axis=0), numbers.rules.last_onset_s)
+
+
+def _rodrigues(axis: Values, angle: Values) -> Values:
+    """(n, 3, 3) matrices whose columns are the coordinate axes turned by −angle about the axis: what R(a tan(angle/4)) is."""
+    skew = _skew(axis)
+    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    return np.eye(3) - sine * skew + (1.0 - cosine) * (skew @ skew)
+
+
+def _skew(vector: Values) -> Values:
+    """(n, 3, 3) a^× of (n, 3) vectors."""
+    x, y, z = vector.T
+    zero = x * 0.0
+    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(-1, 3, 3)
+
+
+def _from_mrp(sigma: Values) -> Values:
+    """(n, 3, 3) R(σ) as the rotation by −4 arctan |σ| about σ."""
+    size = np.linalg.norm(sigma, axis=-1)
+    axis = np.where(size[:, None] > 0.0, sigma / np.where(size > 0.0, size, 1.0)[:, None], 0.0)
+    return _rodrigues(axis, 4.0 * np.arctan(size))
+
+
+def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+    target = problem.spec.target
+    said = {
+        "semi_major_axis_m": _said(draws, "target.orbit.semi_major_axis_m", target.orbit.semi_major_axis_m)[0],
+        "eccentricity": _said(draws, "target.orbit.eccentricity", target.orbit.eccentricity)[0],
+        "true_anomaly_rad": _said(draws, "target.orbit.true_anomaly_rad", target.orbit.true_anomaly_rad)[0],
+    }
+    mrp = _said(draws, "target.attitude_mrp", target.attitude_mrp)
+    columns = tuple(column for _, *drawn in (*said.values(), *mrp) for column in drawn)
+    a, e, anomaly = (value for value, *_ in said.values())
+    distance = a * (1.0 - e * e) / (1.0 + e * np.cos(anomaly))
+    speed = np.sqrt(MU_EARTH * (2.0 / distance - 1.0 / a))
+    climb = np.arctan2(e * np.sin(anomaly), 1.0 + e * np.cos(anomaly))
+    ahead = anomaly + 0.5 * np.pi - climb
+    flat = draws.same(0.0)
+    where = np.stack([distance * np.cos(anomaly), distance * np.sin(anomaly), flat], axis=-1)
+    motion = np.stack([speed * np.cos(ahead), speed * np.sin(ahead), flat], axis=-1)
+    sigma = np.stack([value for value, *_ in mrp], axis=-1)
+    turn = _from_mrp(sigma)
+    for vector, inside in ((where, numbers.target.r), (motion, numbers.target.v)):
+        expected = np.einsum("nij,nj->ni", turn, vector)
+        for row, values in zip(expected.T, inside.parts(), strict=True):
+            yield Reading(columns, row, values, exact=False)

@@ -1,0 +1,239 @@
+"""The measurement: processes that stand ready and fly in turn, the ratios of their times, and whether they agree."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from statistics import median
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.errors import IncompleteError
+from rvjax.execution.bench.workload import OWN, Case, Values, case, own_folder, read, yardsticks
+from rvjax.simulation import jax_config
+
+CHUNKS_PER_CORE = 1
+STEPS = 1600
+COMPARED = ("final_position_error_m", "final_attitude_error_deg")
+"""Where a flight ends: what ways without metrics give as well."""
+
+TOLERANCE = 1e-3
+"""Largest difference that counts as agreeing, relative to the largest error of all samples. The sign switches of the Levant
+differentiator turn the last digit into 1e-5 within a minute; without them ways agree to 1e-9 (tests/run/test_yardsticks.py)."""
+
+GROWTH = (1_000, 10_000, 100_000, 1_000_000)
+GROWTH_STEPS = 200
+
+Say = Callable[[str], None]
+
+
+@dataclass
+class Bench:
+    """What came out.
+
+    steps_per_s, samples_per_s, compile_s: by way. ratio: how many times as fast as a way `rvjax` is, median over the rounds of
+    the ratios within a round. apart: largest difference from `rvjax` of what is compared. unavailable: ways that could not fly,
+    and why.
+    cold_s, warm_s: from the start of `rvjax run` to its first chunk. growth: speed and memory by number of samples.
+    """
+
+    machine: dict[str, Any]
+    case: dict[str, Any]
+    steps_per_s: dict[str, float] = field(default_factory=dict[str, float])
+    samples_per_s: dict[str, float] = field(default_factory=dict[str, float])
+    ratio: dict[str, float] = field(default_factory=dict[str, float])
+    compile_s: dict[str, float] = field(default_factory=dict[str, float])
+    apart: dict[str, float] = field(default_factory=dict[str, float])
+    agree: dict[str, bool] = field(default_factory=dict[str, bool])
+    unavailable: dict[str, str] = field(default_factory=dict[str, str])
+    cold_s: float | None = None
+    warm_s: float | None = None
+    peak_memory_mb: float | None = None
+    growth: list[dict[str, float]] = field(default_factory=list[dict[str, float]])
+
+
+class Worker:
+    """A process that flies one way (`rvjax.execution.bench.worker`)."""
+
+    def __init__(self, spec: Mapping[str, Any]) -> None:
+        self.name, self.result = str(spec["way"]), Path(spec["result"])
+        self.seconds: list[float] = []
+        command = [sys.executable, "-m", "rvjax.execution.bench.worker", json.dumps(spec)]
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=_environment(spec)
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        if self._process.poll() is None:
+            self._process.kill()
+        self._process.wait()
+
+    def answer(self) -> dict[str, Any]:
+        """The next document; IncompleteError if it has ended, with what was wrong on stderr."""
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            if line.startswith("{"):
+                return json.loads(line)
+        raise IncompleteError(f"bench: the process that flies {self.name} ended with exit code {self._process.wait()}")
+
+    def fly(self) -> float:
+        """Seconds of one flight."""
+        assert self._process.stdin is not None
+        self._process.stdin.write("fly\n")
+        self._process.stdin.flush()
+        self.seconds.append(float(self.answer()["seconds"]))
+        return self.seconds[-1]
+
+    def end(self) -> float:
+        """Ends the process, which writes its result first; the most memory it took, MB."""
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        return float(self.answer()["peak_memory_mb"])
+
+
+def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: bool, say: Say) -> Bench:
+    """The product and every yardstick that can fly here.
+
+    campaign: default the starter campaign. rounds: flights of every way, in turn. folder: package of yardsticks, default that of
+    the clone in which this package lies. growth: also time and memory of up to 10⁶ samples.
+
+    Errors: CampaignError for the campaign; UsageError where `folder` has no yardsticks; IncompleteError where a process ends
+    before it should.
+    """
+    jax_config.configure("float64")
+    from rvjax.simulation.batch import LANES
+
+    folder = folder or own_folder()
+    samples = CHUNKS_PER_CORE * jax_config.cores() * LANES
+    with tempfile.TemporaryDirectory() as place, ExitStack() as stack:
+        path = campaign or _starter(Path(place))
+        start = Path(place) / "start-float64.npz"
+        flown = case(path, samples, STEPS, "float64", start)
+        settings = jax_config.settings()
+        found = Bench(
+            machine={**settings, "cores": jax_config.cores(), "jax": version("jax"), "jaxlib": version("jaxlib")},
+            case={"campaign": flown.problem.spec.name, "samples": samples, "steps": STEPS, "lanes": LANES, "rounds": rounds},
+        )
+        workers: dict[str, Worker] = {}
+        for way in (*OWN, *yardsticks(folder)):
+            say(f"preparing {way}")
+            precision = _precision(way)
+            spec = {
+                "way": way,
+                "campaign": str(path),
+                "samples": samples,
+                "steps": STEPS,
+                "precision": precision,
+                "start": str(Path(place) / f"start-{precision}.npz"),
+                "result": str(Path(place) / f"{way}.npz"),
+                "yardsticks": str(folder),
+            }
+            worker = stack.enter_context(Worker(spec))
+            ready = worker.answer()
+            if "unavailable" in ready:
+                found.unavailable[way] = ready["unavailable"]
+            else:
+                workers[way], found.compile_s[way] = worker, ready["ready"]
+        for number in range(rounds):
+            say(f"round {number + 1} of {rounds}")
+            for worker in workers.values():
+                worker.fly()
+        for way, worker in workers.items():
+            peak = worker.end()
+            if way == "rvjax":
+                found.peak_memory_mb = peak
+            found.steps_per_s[way] = samples * STEPS / median(worker.seconds)
+            found.samples_per_s[way] = samples / median(worker.seconds)
+            found.ratio[way] = median(b / a for a, b in zip(workers["rvjax"].seconds, worker.seconds, strict=True))
+        _compare(found, flown, workers)
+        say("first chunk, cold and warm")
+        found.cold_s, found.warm_s = _first_chunk(path, Path(place), LANES)
+        for number in GROWTH if growth else ():
+            say(f"growth: {number:,} samples")
+            found.growth.append(growth_of(path, number))
+    return found
+
+
+def _starter(place: Path) -> Path:
+    path = place / "starter.yaml"
+    path.write_text(files("rvjax.cli").joinpath("starter.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+    return path
+
+
+def _environment(spec: Mapping[str, Any]) -> dict[str, str]:
+    """The product makes its own settings; a yardstick flies without them."""
+    given = dict(os.environ)
+    if spec["way"] not in OWN:
+        given.pop("XLA_FLAGS", None)
+    return given
+
+
+def _compare(found: Bench, flown: Case, workers: Mapping[str, Worker]) -> None:
+    """How far the results of each way are from those of `rvjax`."""
+    names = {name: 0.0 for metric in flown.problem.metrics for name in metric.columns}
+    ours: Values | None = None
+    for way, worker in workers.items():
+        values: Values = read(worker.result, names) if way in OWN else flown.values(read(worker.result, flown.carry))
+        ours = ours or values
+        found.apart[way] = max(apart(values[name], ours[name]) for name in COMPARED)
+        found.agree[way] = found.apart[way] <= TOLERANCE
+
+
+def apart(values: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
+    """max |vᵢ − rᵢ| / max |rᵢ|; NaN counts as infinitely far."""
+    largest = float(np.max(np.abs(values - reference)) / np.max(np.abs(reference)))
+    return largest if np.isfinite(largest) else float("inf")
+
+
+def _precision(way: str) -> str:
+    return "float32" if way.endswith("float32") else "float64"
+
+
+def _first_chunk(campaign: Path, place: Path, lanes: int) -> tuple[float, float]:
+    """Seconds from starting `rvjax run` to its first finished chunk: with an empty compile cache, and with what that left."""
+
+    def once(name: str) -> float:
+        command = [sys.executable, "-m", "rvjax", "run", str(campaign), "--out", str(place / name), "--samples", str(4 * lanes)]
+        cache = {"XDG_CACHE_HOME": str(place / "cache"), "HOME": str(place)}
+        started = time.perf_counter()
+        with subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=os.environ | cache
+        ) as run:
+            assert run.stderr is not None
+            for line in run.stderr:
+                if line.startswith(f"{lanes}/"):
+                    spent = time.perf_counter() - started
+                    run.terminate()
+                    return spent
+        raise IncompleteError(f"bench: `{' '.join(command)}` ended without a chunk")
+
+    return once("cold"), once("warm")
+
+
+def growth_of(campaign: Path, samples: int) -> dict[str, float]:
+    """Speed, draws included, and memory of so many samples."""
+    spec = {"campaign": str(campaign), "samples": samples, "steps": GROWTH_STEPS, "precision": "float64"}
+    done = subprocess.run(
+        [sys.executable, "-m", "rvjax.execution.bench.scaling", json.dumps(spec)], stdout=subprocess.PIPE, text=True, check=True
+    )
+    answer = json.loads(done.stdout.splitlines()[-1])
+    return {
+        "samples": samples,
+        "steps_per_s": answer["steps"] / answer["seconds"],
+        "peak_memory_mb": answer["peak_memory_mb"],
+    }

@@ -1,0 +1,64 @@
+"""Growth of time and memory with the samples: `python -m rvjax.execution.bench.scaling '{"samples": …}'`, one process each.
+
+Samples are drawn, flown over a short horizon and dropped, through the same stream of chunks that a run writes from.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rvjax.simulation.problem import Problem
+
+
+MIN_S = 3.0
+"""Few samples are flown again until this time has passed."""
+
+
+def main(spec: dict[str, Any]) -> None:
+    """spec: campaign, samples, steps, precision."""
+    from rvjax.simulation.jax_config import configure
+
+    configure(spec["precision"])
+    from rvjax.execution.bench.worker import forget_peak, peak_mb, say
+    from rvjax.execution.chunks import ENVELOPE_CHUNKS, Parcel, Pilot
+    from rvjax.execution.executors.threads import Inline
+    from rvjax.simulation.batch import LANES
+    from rvjax.simulation.problem import load
+
+    chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + math.ceil(spec["samples"] / LANES))
+    problem = shortened(load(spec["campaign"]), spec["steps"], chunks.stop * LANES)
+    executor = Inline(Pilot(problem, {}))
+    lanes = 0
+
+    def take(parcel: Parcel) -> None:
+        nonlocal lanes
+        lanes += parcel.samples
+
+    executor.fly(range(ENVELOPE_CHUNKS), take)  # compiles; only of these are envelopes kept
+    forget_peak()
+    lanes, times, started = 0, 0, time.perf_counter()
+    while time.perf_counter() - started < MIN_S:
+        executor.fly(chunks, take)
+        times += 1
+    spent = time.perf_counter() - started
+    if lanes != times * len(chunks) * LANES:
+        raise RuntimeError(f"{lanes} lanes came back from {times} times {len(chunks)} chunks")
+    say(seconds=spent / times, steps=spec["samples"] * spec["steps"], peak_memory_mb=peak_mb())  # pads are not counted
+
+
+def shortened(problem: Problem, steps: int, samples: int) -> Problem:
+    """The problem with so many samples and a flight of so many steps; not by an override, since a closing window or an onset
+    need not fit into it."""
+    spec = problem.spec
+    horizon = spec.horizon.model_copy(update={"duration_s": steps * spec.horizon.step_s})
+    return replace(problem, spec=spec.model_copy(update={"horizon": horizon, "samples": samples}))
+
+
+if __name__ == "__main__":
+    main(json.loads(sys.argv[1]))

@@ -1,0 +1,88 @@
+"""One way of flying, in a process of its own: `python -m rvjax.execution.bench.worker '{"way": …}'`.
+
+It prepares, says so, and flies at every line it reads, each answer one JSON document on a line; at the end of its input it writes
+what it flew and says how much memory it took.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+MIN_S = 1.5
+"""A fast way flies again until this time has passed; the time of one flight is the mean."""
+
+
+def main(spec: dict[str, Any]) -> None:
+    """spec: way, campaign, samples, steps, precision, start (file of the carry at t = 0), result (file to write), yardsticks."""
+    from rvjax.execution.bench.workload import OWN, UnavailableError, case, save, yardsticks
+    from rvjax.simulation.jax_config import configure
+
+    own = spec["way"] in OWN
+    if own:
+        configure(spec["precision"])
+    else:  # JAX as it comes: its default settings
+        import jax
+
+        jax.config.update("jax_enable_x64", spec["precision"] == "float64")
+    flown = case(spec["campaign"], spec["samples"], spec["steps"], spec["precision"], spec["start"])
+    started = time.perf_counter()
+    try:
+        if own:
+            from rvjax.execution.bench import own_flight
+
+            fly = own_flight.prepare(flown, 1 if spec["way"] == "rvjax_one_device" else None)
+        else:
+            fly = yardsticks(Path(spec["yardsticks"]))[spec["way"]].prepare(flown)
+    except UnavailableError as error:
+        say(unavailable=str(error))
+        return
+    say(ready=time.perf_counter() - started)
+    result = fly()
+    for line in sys.stdin:
+        if line.strip() == "fly":
+            say(seconds=timed(fly))
+    save(spec["result"], result)
+    say(peak_memory_mb=peak_mb())
+
+
+def timed(fly: Callable[[], Any]) -> float:
+    """Seconds of one flight, results included."""
+    flights, started = 0, time.perf_counter()
+    while flights == 0 or time.perf_counter() - started < MIN_S:
+        fly()
+        flights += 1
+    return (time.perf_counter() - started) / flights
+
+
+def peak_mb() -> float:
+    """The most memory this process has held, since `forget_peak` if that was called, MB."""
+    try:
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) * 1024 / 1e6
+    except OSError:
+        pass
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6
+
+
+def forget_peak() -> None:
+    """From now on the peak is that of what follows, where the system can do that (Linux)."""
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        return
+
+
+def say(**answer: Any) -> None:
+    """One document on a line."""
+    print(json.dumps(answer), flush=True)
+
+
+if __name__ == "__main__":
+    main(json.loads(sys.argv[1]))

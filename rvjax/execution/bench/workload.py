@@ -1,0 +1,108 @@
+"""What every way flies: the samples, the steps, the carry they begin with; and how a way is found by its name."""
+
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
+# (JAX says little about its types)
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.errors import UsageError
+from rvjax.simulation import closed_loop, flight
+from rvjax.simulation.batch import compiled
+from rvjax.simulation.closed_loop import Drawn
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.flight import Carry
+from rvjax.simulation.problem import Problem, load
+
+Values = Mapping[str, NDArray[np.float64]]
+"""Metric → (samples,)."""
+
+
+OWN = ("rvjax", "rvjax_one_device", "rvjax_float32")
+"""Ways of the product itself; all others are yardsticks."""
+
+
+class UnavailableError(Exception):
+    """A way that cannot fly here, and why."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """drawn, carry: numbers of all samples, each of shape (samples,), in the precision; the carry is that of t = 0.
+
+    Every way flies all samples from step 0 to `steps`, metrics included, and gives the carry there.
+    """
+
+    problem: Problem
+    samples: int
+    steps: int
+    precision: str
+    drawn: Drawn
+    carry: Carry
+
+    @property
+    def evaluate(self) -> Callable[..., Any]:
+        """(numbers, t, y, held, tick) → (ẏ, everything at this instant, held), of one sample."""
+        return partial(closed_loop.evaluate, self.problem.loop)
+
+    @property
+    def step(self) -> Callable[[Drawn, Carry, Any], Carry]:
+        """(numbers, carry at step k, k) → carry at step k + 1, of one sample."""
+        return partial(flight.step, self.evaluate, self.problem.metrics)
+
+    def values(self, carry: Carry) -> Values:
+        """The metrics of flights that ended with this carry."""
+        finish = partial(flight.finish, self.evaluate, self.problem.metrics)
+        values, _ = compiled(finish, 0, 0, None)(self.drawn, carry, self.steps)
+        return {name: np.asarray(value, dtype=np.float64) for name, value in values.items()}
+
+
+def case(campaign: str | Path, samples: int, steps: int, precision: str, start: str | Path) -> Case:
+    """The case of a campaign's first samples. start: file of the carry at t = 0, written by `save` if it is not there."""
+    problem = load(campaign)
+    _, drawn = Draws.of(problem, np.arange(samples, dtype=np.int64))
+    drawn = jax.tree.map(partial(np.asarray, dtype=precision), drawn)
+    begin = compiled(partial(flight.begin, problem.loop, problem.metrics), 0)
+    if not Path(start).exists():
+        save(start, begin(drawn))
+    return Case(problem, samples, steps, precision, drawn, read(start, jax.eval_shape(begin, drawn)))
+
+
+def save(path: str | Path, tree: Any) -> None:
+    """The numbers of a tree, in their order."""
+    np.savez(path, *(np.asarray(leaf) for leaf in jax.tree.leaves(tree)))
+
+
+def read(path: str | Path, like: Any) -> Any:
+    """A tree of this kind from its numbers."""
+    with np.load(path, allow_pickle=False) as data:
+        leaves = [data[f"arr_{index}"] for index in range(len(data.files))]
+    return jax.tree.unflatten(jax.tree.structure(like), leaves)
+
+
+def yardsticks(folder: Path | None) -> Mapping[str, Any]:
+    """The modules of the yardsticks by name: what `YARDSTICKS` of the package in `folder` lists. None: there are none."""
+    if folder is None:
+        return {}
+    if not (folder / "__init__.py").is_file():
+        raise UsageError(f"{folder}: no yardsticks; accepted: the folder `benchmarks` of a clone of rvjax")
+    sys.path.insert(0, str(folder.resolve().parent))
+    table = import_module(folder.resolve().name).YARDSTICKS
+    return {name: import_module(module) for name, module in table.items()}
+
+
+def own_folder() -> Path | None:
+    """The yardsticks that lie beside this package in a clone of its repository; an installed package has none."""
+    clone = Path(__file__).parents[3]
+    return clone / "benchmarks" if (clone / "pyproject.toml").is_file() else None

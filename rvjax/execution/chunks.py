@@ -1,0 +1,78 @@
+"""Pilot: flies chunks of one campaign by their numbers.
+
+A chunk is a pure function of its number and the run's identity: which pilot flies it, in which process, when, or how often
+does not matter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.run_folder import DataFile
+from rvjax.run_folder.manifest import Key, digest
+from rvjax.simulation import tables
+from rvjax.simulation.batch import LANES, Flown, Flyer, devices
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import Problem
+
+ENVELOPE_CHUNKS = 5
+"""Envelopes over time are kept of the first so many chunks, whose samples are drawn like all others."""
+
+ENVELOPE_INSTANTS = 120
+STRETCH = 250
+"""Fewest steps between two looks at whether the run is to stop: a fraction of a second."""
+
+
+class Parcel(NamedTuple):
+    """What came of a chunk: its files of data, the samples' table last."""
+
+    chunk: int
+    files: tuple[DataFile, ...]
+
+    @property
+    def samples(self) -> int:
+        """How many samples it holds; lanes behind the last sample are dropped."""
+        return self.files[-1].entry.count
+
+
+class Pilot:
+    """Compiles at the first chunk; may be used by several threads at a time. identity: the run's, which the files carry."""
+
+    def __init__(self, problem: Problem, identity: Mapping[str, Any]) -> None:
+        self.problem = problem
+        self.flyer = Flyer(problem.loop, problem.metrics)
+        self._digest = digest(identity)
+
+    def parcel(self, chunk: int) -> Parcel:
+        """Draws and flies a chunk, and encodes what came of it."""
+        problem = self.problem
+        draws, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES, dtype=np.int64))
+        glance, places = chunk < ENVELOPE_CHUNKS, devices()
+        every = _every(problem) if glance else max(_every(problem), STRETCH)
+        flown = self.flyer.fly(drawn, problem.spec.horizon.steps, every, glance, device=places[chunk % len(places)])
+        return Parcel(chunk, self._files(chunk, draws, flown))
+
+    def _files(self, chunk: int, draws: Draws, flown: Flown) -> tuple[DataFile, ...]:
+        problem = self.problem
+        rows = slice(0, min(LANES, problem.spec.samples - chunk * LANES))
+        files: list[DataFile] = []
+        if chunk < ENVELOPE_CHUNKS:
+            histories = tables.envelope_table(flown, _instants(problem), draws.samples, rows)
+            files.append(DataFile.of(Key("envelopes", chunk), histories, tables.ENVELOPE, self._digest))
+        table = tables.samples_table(problem, draws, flown, rows)
+        return (*files, DataFile.of(Key("samples", chunk), *table, self._digest))
+
+
+def _every(problem: Problem) -> int:
+    return math.ceil(problem.spec.horizon.steps / ENVELOPE_INSTANTS)
+
+
+def _instants(problem: Problem) -> NDArray[np.float64]:
+    """Times of the observed steps [s], the last step always among them."""
+    steps = problem.spec.horizon.steps
+    return np.array([*range(0, steps, _every(problem)), steps]) * problem.spec.horizon.step_s

@@ -1,0 +1,76 @@
+"""What this machine flies with, and what is wrong with it."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import rvjax
+from rvjax.errors import FolderError
+from rvjax.run_folder import RunFolder
+from rvjax.run_folder.journal import NAME as JOURNAL
+from rvjax.run_folder.manifest import NAME as MANIFEST
+from rvjax.simulation import jax_config
+
+PACKAGES = ("jax", "jaxlib", "numpy", "scipy", "pandas", "pyarrow", "matplotlib", "pydantic", "ruamel.yaml", "typer", "rich")
+
+
+@dataclass(frozen=True)
+class Health:
+    """facts: name → value. complaints: what is wrong and what to do. exit_code: 0, 2, or 5 where a run folder is damaged."""
+
+    facts: dict[str, Any]
+    complaints: list[str]
+    exit_code: int
+
+
+def examine(folder: Path | None = None) -> Health:
+    """Versions, devices and settings; with a run folder, also whether each of its files is what was written.
+
+    A damaged manifest or journal is made again from the files of data."""
+    complaints: list[str] = []
+    facts: dict[str, Any] = {"rvjax": rvjax.__version__, "python": sys.version.split()[0], "cores": jax_config.cores()}
+    for name in PACKAGES:
+        try:
+            facts[name] = version(name)
+        except PackageNotFoundError:
+            complaints.append(f"{name} is not installed; install rvjax with pip, which brings it")
+    with warnings.catch_warnings(record=True) as refused:
+        warnings.simplefilter("always", jax_config.SettingsWarning)
+        jax_config.configure()
+    complaints += [str(warning.message) for warning in refused if issubclass(warning.category, jax_config.SettingsWarning)]
+    facts |= jax_config.settings()
+    facts["devices"] = jax_config.devices()
+    facts["terminal"] = "yes" if sys.stdout.isatty() else "no"
+    if not os.access(Path.cwd(), os.W_OK):
+        complaints.append(f"{Path.cwd()} cannot be written; runs need --out with a folder that can")
+    damaged = False
+    if folder is not None:
+        try:
+            opened = _open(folder, facts)
+            opened.verify()
+            facts["run folder"] = f"{folder}: every file is intact, {vars(opened.account())}"
+            facts["audit"] = str(opened.audit or "no record of it in this folder")
+        except FolderError as error:
+            damaged = True
+            complaints += str(error).splitlines()
+    return Health(facts, complaints, 5 if damaged else 2 if complaints else 0)
+
+
+def _open(folder: Path, facts: dict[str, Any]) -> RunFolder:
+    """The run folder, its manifest made again where it is damaged."""
+    if not any((folder / name).exists() for name in (MANIFEST, JOURNAL)):
+        return RunFolder.open(folder)  # says that it is none
+    try:
+        return RunFolder.open(folder)
+    except FolderError as error:
+        with RunFolder.rebuild(folder) as rebuilt:
+            chunks = "1 chunk that is" if len(rebuilt.chunks) == 1 else f"{len(rebuilt.chunks)} chunks that are"
+            made = f"made again from {chunks} whole; the old one is in quarantine/"
+            facts["manifest"] = f"{str(error).rpartition('; ')[0]}; {made}"
+        return RunFolder.open(folder)

@@ -1,0 +1,287 @@
+"""Executor: Dask workers, processes on this machine or on many.
+
+A task is a chunk's number. A worker that is lost is no loss: the scheduler gives its chunks to others. Workers that see the run
+folder at the same path write the files of data themselves, the others send them; either way it is the client that takes them
+in, so only one process writes the journal.
+"""
+
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
+# (Dask says little about its types)
+
+from __future__ import annotations
+
+import logging
+import time
+import uuid
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from queue import Empty, Queue
+from typing import Any, cast
+
+from rvjax.errors import IncompleteError, UsageError
+
+try:
+    from dask import config
+    from distributed import Client, Future, KilledWorker, LocalCluster
+except ImportError as error:
+    raise UsageError("--dask needs the packages dask and distributed; install them with pip install 'rvjax[dask]'") from error
+
+from rvjax.execution.chunks import Parcel, Pilot
+from rvjax.execution.executors import Crew
+from rvjax.execution.executors.dask_worker import Failed, Order, Station, Unlike, fly, ready
+from rvjax.execution.identity import packages
+from rvjax.run_folder import RunFolder
+from rvjax.simulation import jax_config
+from rvjax.simulation.batch import LANES
+
+AHEAD = 2
+"""Chunks in flight for each thread of the workers: one flies, one waits."""
+
+RETRIES = 2
+"""Of a chunk whose flight raises an error. When its worker dies, it is Dask that gives it to others: as often as
+`distributed.scheduler.allowed-failures` says."""
+
+MOST_LOST = 3
+"""After so many chunks that cannot be flown nothing else is tried."""
+
+MOST_SUSPECT = 16
+"""So many chunks whose workers died are flown again, each by itself, before others."""
+
+PATIENCE_S = 60.0
+"""How long a file that a worker has written may take to appear here: network file systems show names late."""
+
+LOOK_S = 5.0
+
+_CANNOT = "a Dask worker cannot fly: {}; install the same rvjax[dask] there"
+
+Say = Callable[[str], None]
+
+
+def parse(text: str) -> int | str:
+    """`local:4` → 4 workers; `tcp://host:8786` → that address. UsageError for anything else."""
+    kind, _, rest = text.partition(":")
+    if kind == "local" and rest.isdecimal() and 0 < int(rest) <= 1024:
+        return int(rest)
+    if kind in ("tcp", "tls", "ws", "wss", "ucx") and rest.startswith("//") and len(rest) > 2:
+        return text
+    raise UsageError(f"--dask {text}: accepted: local:N with N worker processes here, or a scheduler's tcp://host:port")
+
+
+def workers(place: int | str, say: Say) -> Crew:
+    """A crew of Dask workers: so many on this machine, or those of a scheduler. say: where progress beside flying is told."""
+
+    @contextmanager
+    def crew(pilot: Pilot, folder: RunFolder) -> Generator[Workers, None, None]:
+        with ExitStack() as stack:
+            stack.enter_context(_silence())
+            client = stack.enter_context(_client(place, stack))
+            say(f"Dask: {client.dashboard_link or 'no dashboard'}")
+            token = f".workers.{uuid.uuid4().hex}"  # a name that is swept up where this process is killed
+            (folder.path / token).touch()
+            stack.callback((folder.path / token).unlink, missing_ok=True)
+            station = Station(_order(pilot, folder, token, isinstance(place, int)))
+            try:
+                client.register_plugin(station)
+            except Exception as error:  # whatever a worker says against it
+                raise UsageError(_CANNOT.format(error)) from error
+            stack.callback(_dismiss, client, station.name)
+            yield Workers(client, station.name, folder.path, say)
+
+    return crew
+
+
+class Workers:
+    """The workers of a scheduler."""
+
+    def __init__(self, client: Client, name: str, folder: Path, say: Say) -> None:
+        self._client, self._name, self._folder, self._say = client, name, folder, say
+        self._threads, self._counted = 0, -LOOK_S
+
+    def fly(self, chunks: Iterable[int], take: Callable[[Parcel], None]) -> None:
+        """As `Executor.fly`, in the order in which they are done. UsageError where the workers are unlike the client."""
+        self._compare()
+        todo, lost = iter(chunks), dict[int, str]()
+        while len(lost) < MOST_LOST:
+            suspects = self._fly(todo, AHEAD, take, lost)
+            for chunk in suspects:  # each by itself: whoever flies beside a chunk that kills its worker dies with it
+                for _ in self._fly(iter([chunk]), 1, take, lost):
+                    lost[chunk] = f"worker after worker died flying it, by itself as well; {suspects[chunk]}"
+            if not suspects:
+                break
+        if lost:
+            raise IncompleteError("\n".join(_lost(chunk, why) for chunk, why in sorted(lost.items())))
+
+    def _fly(self, todo: Iterator[int], ahead: int, take: Callable[[Parcel], None], lost: dict[int, str]) -> dict[int, str]:
+        """Flies what is to do, and returns the chunks whose workers died: at most `MOST_SUSPECT`, the rest is still to do."""
+        flying, failures, suspects = dict[int, Future](), Counter[int](), dict[int, str]()
+        done: Queue[int] = Queue()
+        try:
+            while True:
+                on = len(lost) < MOST_LOST and len(suspects) < MOST_SUSPECT
+                while on and len(flying) < ahead * self._count() and (chunk := next(todo, None)) is not None:
+                    flying[chunk] = self._submit(chunk, done)
+                if not flying:
+                    return suspects
+                chunk = self._next(done)
+                found = self._outcome(flying[chunk])
+                if found is None:
+                    _tell(flying[chunk], chunk, done)
+                    continue
+                del flying[chunk]
+                if isinstance(found, Parcel):
+                    take(self._arrived(found))
+                elif isinstance(found, Failed):
+                    failures[chunk] += 1
+                    if failures[chunk] > RETRIES:
+                        lost[chunk] = f"{failures[chunk]} times {found.why}"
+                    else:
+                        flying[chunk] = self._submit(chunk, done)
+                elif isinstance(found, Unlike):
+                    self._say(f"worker {found.worker} is sent away, it would fly other bits:\n{found.why}")
+                    self._client.retire_workers([found.worker], close_workers=True)
+                    flying[chunk] = self._submit(chunk, done)
+                else:
+                    suspects[chunk] = f"the last one at {found.last_worker.address}"
+        except BaseException:
+            for future in flying.values():
+                if future.status == "finished" and isinstance(found := future.result(), Parcel):
+                    take(self._arrived(found))
+            raise
+        finally:
+            self._client.cancel(list(flying.values()))
+
+    def _submit(self, chunk: int, done: Queue[int]) -> Future:
+        key = f"{self._name}-chunk-{chunk}-{uuid.uuid4().hex[:8]}"
+        future = self._client.submit(fly, self._name, chunk, key=key)
+        _tell(future, chunk, done)
+        return future
+
+    def _next(self, done: Queue[int]) -> int:
+        """The next chunk that is done, one way or the other."""
+        while True:
+            try:
+                return done.get(timeout=LOOK_S)
+            except Empty:
+                self._count()
+
+    def _outcome(self, future: Future) -> Parcel | Unlike | Failed | KilledWorker | None:
+        """What a task gave, or that its workers died; None where what it gave died with its worker, so that it runs again."""
+        if future.status in ("pending", "lost"):
+            return None
+        if future.status == "cancelled":
+            raise IncompleteError("the Dask scheduler was lost: its tasks are gone")
+        try:
+            return future.result()
+        except KilledWorker as error:
+            return error
+        except CancelledError:
+            return None
+        except Exception as error:  # whatever else Dask gives up for
+            raise IncompleteError(f"Dask gave up a chunk: {type(error).__name__}: {error}") from error
+
+    def _count(self) -> int:
+        """Threads of all workers, looked at now and then; waits until there is one."""
+        while not self._threads or time.monotonic() - self._counted > LOOK_S:
+            now = sum(self._there().values())
+            if not now and (self._threads or self._counted < 0):
+                self._say("waiting for a Dask worker")
+            self._threads, self._counted = now, time.monotonic()
+            if not now:
+                time.sleep(1.0)
+        return self._threads
+
+    def _there(self) -> dict[str, int]:
+        """Address and threads of every worker. IncompleteError where the scheduler does not answer."""
+        try:
+            if self._client.status == "running":
+                return dict(cast("dict[str, int]", self._client.nthreads()))
+            why = "the connection is gone"
+        except (OSError, TimeoutError) as error:
+            why = str(error)
+        raise IncompleteError(f"the Dask scheduler was lost: {why}")
+
+    def _compare(self) -> None:
+        """Every worker that is there says whether it would fly the same bits."""
+        self._count()
+        asked = [
+            self._client.submit(ready, self._name, workers=[one], allow_other_workers=True, pure=False) for one in self._there()
+        ]
+        answers = [answer for future in asked if isinstance(answer := self._answer(future), Unlike)]
+        if answers:
+            what = "\n".join(f"{one.worker}:\n{one.why}" for one in answers)
+            raise UsageError(f"these Dask workers would fly other bits; start them with the same rvjax and packages\n{what}")
+
+    def _answer(self, future: Future) -> Any:
+        try:
+            return future.result()
+        except KilledWorker:
+            return None  # whoever comes instead is asked when it flies
+        except Exception as error:  # whatever a worker says against it
+            raise UsageError(_CANNOT.format(error)) from error
+
+    def _arrived(self, parcel: Parcel) -> Parcel:
+        """The parcel, once the files that its worker has written are seen here."""
+        late = time.monotonic() + PATIENCE_S
+        for file in parcel.files:
+            while file.data is None and not (self._folder / file.entry.file).exists() and time.monotonic() < late:
+                time.sleep(0.1)
+        return parcel
+
+
+def _tell(future: Future, chunk: int, done: Queue[int]) -> None:
+    """Puts the chunk among those that are done when it is."""
+    future.add_done_callback(lambda _: done.put(chunk))
+
+
+@contextmanager
+def _silence() -> Generator[None, None, None]:
+    """What Dask logs in this process: tracebacks of lost connections, of which we say in words what they mean."""
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "tornado")]
+    levels = {logger: logger.level for logger in map(logging.getLogger, names)}
+    for logger in levels:
+        logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for logger, level in levels.items():
+            logger.setLevel(level)
+
+
+def _client(place: int | str, stack: ExitStack) -> Client:
+    if isinstance(place, int):
+        threads = max(1, jax_config.cores() // place)
+        local = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": "CRITICAL"}
+        with config.set({"distributed.worker.profile.enabled": False}):  # 5 % of the speed
+            cluster = LocalCluster(n_workers=place, threads_per_worker=threads, processes=True, **local)
+        return Client(stack.enter_context(cluster))
+    try:
+        return Client(place)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--dask {place}: {error}; accepted: the address that `dask scheduler` prints") from error
+
+
+def _order(pilot: Pilot, folder: RunFolder, token: str, local: bool) -> Order:
+    return Order(
+        campaign=pilot.problem.spec.source.text,
+        inputs=pilot.problem.spec.source.inputs,
+        overrides=tuple(map(str, folder.provenance["overrides"])),
+        identity=folder.identity,
+        packages=packages(),
+        folder=str(folder.path.resolve()),
+        token=token,
+        local=local,
+    )
+
+
+def _dismiss(client: Client, name: str) -> None:
+    """The campaign is over: workers forget it. One that does not answer is not waited for."""
+    with suppress(Exception):
+        client.unregister_worker_plugin(name)
+
+
+def _lost(chunk: int, why: str) -> str:
+    first = chunk * LANES
+    return f"chunk {chunk} (samples {first} to {first + LANES - 1}) could not be flown: {why}"

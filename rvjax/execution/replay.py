@@ -1,0 +1,102 @@
+"""Flying samples again: the same compiled program on the same draws, so the metrics are those of the table, bit for bit."""
+
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
+# (JAX and pandas say little about their types)
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from rvjax.analysis.verdicts.folders import campaign_of
+from rvjax.columns import Column
+from rvjax.errors import FolderError, UsageError
+from rvjax.execution.identity import identity
+from rvjax.run_folder import RunFolder
+from rvjax.run_folder.folder import CAMPAIGN
+from rvjax.run_folder.manifest import differences
+from rvjax.run_folder.parquet import encode
+from rvjax.simulation import jax_config, tables
+from rvjax.simulation.batch import LANES, Flyer
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import Problem, load
+
+Trace = tuple[pd.DataFrame, dict[str, Column]]
+
+
+def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFrame, dict[str, Column], dict[str, Any]]:
+    """Flies one sample of a run again: its trace (one row for every so many steps), the meaning of the trace's columns, and the
+    sample's row of the samples table, which the flight has reproduced exactly.
+
+    Errors: UsageError if the run has no such sample; FolderError if the run was flown by other code, packages or settings, or if
+    the metrics are not those of the sample's row.
+    """
+    opened = RunFolder.open(folder)
+    campaign_of(opened)  # verifies the file that is parsed next
+    rows = recorded(opened, [sample])
+    problem = load(Path(folder) / CAMPAIGN, opened.provenance["overrides"])
+    jax_config.configure(problem.spec.precision)
+    if differing := differences(opened.identity, identity(problem)):
+        what = "\n".join(differing)
+        raise FolderError(f"{folder}: was flown by other code, packages or settings, so its flights cannot be repeated\n{what}")
+    row = rows.set_index("sample", drop=False).loc[sample].to_dict()
+    return (*trace(problem, Flyer(problem.loop, problem.metrics), [sample], every, rows)[sample], row)
+
+
+def recorded(folder: RunFolder, samples: Sequence[int]) -> pd.DataFrame:
+    """The rows of some samples, in their order, read from the chunks that hold them; UsageError where one is not there."""
+    wanted = np.unique(np.asarray(samples, dtype=np.int64))
+    held = {entry.number: _between(wanted, entry.first, entry.first + entry.count) for entry in folder.chunks}
+    if absent := sorted({*wanted.tolist()}.difference(*(part.tolist() for part in held.values()))):
+        accepted = f"accepted: 0 to {folder.requested - 1}, if flown"
+        raise UsageError(f"{folder.path}: no sample {', '.join(map(str, absent))}; {accepted}")
+    tables_of = folder.tables([chunk for chunk, part in held.items() if part.size])
+    rows = pd.concat([frame[np.isin(frame["sample"], wanted)] for _, frame, _ in tables_of])
+    return rows.set_index("sample", drop=False).loc[list(samples)].reset_index(drop=True)
+
+
+def _between(ascending: NDArray[np.int64], low: int, high: int) -> NDArray[np.int64]:
+    return ascending[np.searchsorted(ascending, low) : np.searchsorted(ascending, high)]
+
+
+def trace_file(path: Path) -> Path:
+    """The path, or UsageError if its suffix tells no format that `save` knows."""
+    if path.suffix not in (".parquet", ".csv"):
+        raise UsageError(f"{path}: cannot tell the format; accepted: a name that ends in .parquet or .csv")
+    return path
+
+
+def save(path: Path, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
+    """Writes a trace as Parquet (with units and meanings) or, by its suffix, as CSV. UsageError where that cannot be done."""
+    trace_file(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        data = encode(frame, columns) if path.suffix == ".parquet" else frame.to_csv(index=False).encode()
+        path.write_bytes(data)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written ({error.strerror}); accepted: a place that can") from error
+
+
+def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, rows: pd.DataFrame) -> Mapping[int, Trace]:
+    """The traces of some samples, flown together in one chunk. rows: of the samples table, those of these samples at least, which
+    their metrics must equal.
+
+    Errors: FolderError naming the samples whose metrics differ.
+    """
+    if len(samples) > LANES:
+        raise UsageError(f"{len(samples)} samples to trace; accepted: at most {LANES}")
+    numbers = np.resize(np.asarray(samples, dtype=np.int64), LANES)
+    draws, drawn = Draws.of(problem, numbers)
+    flown = flyer.fly(drawn, problem.spec.horizon.steps, every, trace=range(len(samples)))
+    again, _ = tables.samples_table(problem, draws, flown, slice(0, len(samples)))
+    known = rows.set_index("sample").loc[list(samples)].reset_index()
+    differing = [name for name in again.columns if not again[name].equals(known[name])]
+    if differing:
+        raise FolderError(f"samples {', '.join(map(str, samples))}: flown again, {', '.join(differing)} differ from the table")
+    signals, measured = problem.loop.law.signals, bool(problem.navigation)
+    return {sample: tables.trace_table(flown.steps, position, signals, measured) for position, sample in enumerate(samples)}

@@ -1,0 +1,58 @@
+"""Noise inside a flight: normal numbers that depend on the sample's key and the number of the step, and on nothing else.
+
+    (w₁, w₂) = Threefry-2x32-20 with the sample's 64-bit key, at counter (k, j)
+    ξ_{2j} = √(−2 ln u) cos φ,   ξ_{2j+1} = √(−2 ln u) sin φ,   u = (w₁ + ½)/2³²,   φ = 2π w₂/2³²
+
+The same numbers whichever samples fly beside it and wherever a flight is interrupted. Counters and bits: J. Salmon et al.,
+"Parallel random numbers: as easy as 1, 2, 3", SC'11; normal numbers: G. Box, M. Muller, Ann. Math. Statist., 1958. One word of
+32 bits a number, in single precision whatever the flight's: no |ξ| above 6.77, steps of 1e-7, and the same noise in float32 and
+float64. Twelve times as fast as `jax.random.normal`, which takes 64 bits and an inverse error function (docs/performance.md).
+"""
+
+from __future__ import annotations
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+
+from rvjax.physics.fast_trig import cos, sin
+from rvjax.physics.vectors import Scalar
+
+Words = tuple[Scalar, Scalar]
+"""Two unsigned numbers of 32 bits."""
+
+_TURNS = ((13, 15, 26, 6), (17, 29, 16, 24))
+"""Bits that the rounds turn by, four rounds between two additions of the key."""
+
+_PARITY = np.uint32(0x1BD11BDA)
+_SHARE = np.float32(2.0**-32)
+
+
+def normals(key: tuple[Scalar, ...], k: Scalar, count: int) -> tuple[Scalar, ...]:
+    """`count` independent standard normal numbers of step k, in the type of the key. key: four whole numbers of 16 bits."""
+    a, b, c, d = (part.astype(jnp.uint32) for part in key)
+    words = ((a << 16) | b, (c << 16) | d)
+    step = jnp.asarray(k).astype(jnp.uint32)
+    drawn = [x for j in range((count + 1) // 2) for x in pair(*threefry(words, (step, jnp.uint32(j))))]
+    return tuple(x.astype(key[0].dtype) for x in drawn[:count])
+
+
+def pair(first: Scalar, second: Scalar) -> tuple[Scalar, Scalar]:
+    """Two independent standard normal numbers from two words, in single precision."""
+    share = (first.astype(jnp.float32) + np.float32(0.5)) * _SHARE
+    angle = second.astype(jnp.float32) * np.float32(2.0 * math.pi * 2.0**-32)
+    size = jnp.sqrt(np.float32(-2.0) * jnp.log(share))
+    return size * cos(angle), size * sin(angle)
+
+
+def threefry(key: Words, counter: Words) -> Words:
+    """Threefry-2x32 with 20 rounds: x₀ += x₁, x₁ turned by some bits, x₁ ^= x₀, the key added after every four."""
+    keys = (*key, key[0] ^ key[1] ^ _PARITY)
+    x, y = counter[0] + keys[0], counter[1] + keys[1]
+    for group in range(5):
+        for bits in _TURNS[group % 2]:
+            x = x + y
+            y = ((y << bits) | (y >> (32 - bits))) ^ x
+        x, y = x + keys[(group + 1) % 3], y + keys[(group + 2) % 3] + np.uint32(group + 1)
+    return x, y

@@ -1,0 +1,65 @@
+"""Actuator saturation of one channel: the commanded wrench h(v) inside (−u⁻, u⁺) and its slope h'(v).
+
+    smooth-tanh    h = u_m tanh(v/u_m),            h' = 1 − tanh²(v/u_m),        u_m = u⁺ for v ≥ 0, u⁻ for v < 0
+    shifted-tanh   h = s tanh((v−c)/s) + c,        h' = 1 − tanh²((v−c)/s),      c = (u⁺−u⁻)/2, s = (u⁺+u⁻)/2
+    erf            h = u_m erf(√π v/(2u_m)),       h' = exp(−π v²/(4u_m²))
+    hard-clip      h = min(max(v, −u⁻), u⁺),       h' = 1 inside, 0 outside
+
+The modified smooth hyperbolic tangent with asymmetric limits is the paper's idea (Xia, Huo, 2018); this form of it is a
+reconstruction: h(0) = 0, h'(0) = 1 and h is twice continuously differentiable. The shifted tanh does not pass through zero.
+The hard clip is the truth that the smooth forms stand for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import jax
+import jax.numpy as jnp
+
+from rvjax.physics.vectors import Channels, Scalar, split
+
+Saturation = Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
+"""(v, u⁺ > 0, u⁻ > 0) → (h, h') of one channel, all in the channel's unit (N or N·m)."""
+
+
+def smooth_tanh(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
+    """h = u_m tanh(v/u_m), h' = 1 − tanh²(v/u_m), u_m = u⁺ for v ≥ 0, else u⁻."""
+    limit = jnp.where(v >= 0, upper, lower)
+    share = jnp.tanh(v / limit)
+    return limit * share, 1.0 - share * share
+
+
+def shifted_tanh(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
+    """h = s tanh((v−c)/s) + c, h' = 1 − tanh²((v−c)/s), c = (u⁺−u⁻)/2, s = (u⁺+u⁻)/2."""
+    centre, span = 0.5 * (upper - lower), 0.5 * (upper + lower)
+    share = jnp.tanh((v - centre) / span)
+    return span * share + centre, 1.0 - share * share
+
+
+def error_function(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
+    """h = u_m erf(√π v/(2u_m)), h' = exp(−π v²/(4u_m²)), u_m = u⁺ for v ≥ 0, else u⁻."""
+    limit = jnp.where(v >= 0, upper, lower)
+    x = (0.5 * math.sqrt(math.pi)) * v / limit
+    return limit * jax.scipy.special.erf(x), jnp.exp(-x * x)
+
+
+def hard_clip(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
+    """h = min(max(v, −u⁻), u⁺); h' = 1 strictly inside the limits, 0 outside."""
+    inside = (v < upper) & (v > -lower)
+    return jnp.clip(v, -lower, upper), jnp.where(inside, 1.0, 0.0)
+
+
+SATURATIONS: Mapping[str, Saturation] = {
+    "smooth-tanh": smooth_tanh,
+    "shifted-tanh": shifted_tanh,
+    "erf": error_function,
+    "hard-clip": hard_clip,
+}
+
+
+def saturate(law: Saturation, v: Channels, upper: Channels, lower: Channels) -> tuple[Channels, Channels]:
+    """(h(v), h'(v)) channel by channel; upper, lower: magnitudes of the limits [N, N·m]."""
+    h, slope = split(law, v, upper, lower)
+    return h, slope

@@ -1,0 +1,153 @@
+"""The nouns: what is carried, what is true, what is seen, what is reported. All of one sample at one instant.
+
+Frames: I inertial, T fixed in the target, P fixed in the pursuer. Units: SI.
+
+    symbol      name        meaning                                                          unit
+    ρ           rho         pursuer minus docking point, in P                                m
+    ν           nu          difference of the inertial velocities, in P                      m/s
+    σ           sigma       modified Rodrigues parameters of P with respect to T             1
+    ω           omega       angular velocity of P relative to T, in P                        rad/s
+    r_t, v_t    r, v        target's inertial position and velocity, resolved in T           m, m/s
+    ω_t         w           target's inertial angular velocity, in T                         rad/s
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import jax
+
+from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector
+
+
+class Motion(NamedTuple):
+    """Relative motion of the pursuer (or, of the same shape, its rate)."""
+
+    rho: Vector
+    nu: Vector
+    sigma: Vector
+    omega: Vector
+
+
+class TargetMotion(NamedTuple):
+    """Motion of the target (or its rate), resolved in its own frame."""
+
+    r: Vector
+    v: Vector
+    w: Vector
+
+
+class Plant(NamedTuple):
+    """The drawn truth. A controller never gets it.
+
+    inertia: about the centre of mass, in P; centre: of mass, from the reference point, about which the actuators' torques are
+    counted, in P [m]. thrust: the largest of each thruster [N]; where thrusters fly, upper and lower are nominal.
+    """
+
+    mass: Scalar
+    inertia: Symmetric
+    inertia_inverse: Symmetric
+    upper: Channels
+    lower: Channels
+    target_inertia: Symmetric
+    target_inertia_inverse: Symmetric
+    port: Vector
+    centre: Vector
+    thrust: Thrusts | tuple[()] = ()
+
+
+class Seen(NamedTuple):
+    """What a controller may look at: the measured motion, what a cooperative target sends, and nominal limits.
+
+    alpha_t: angular acceleration of the target, in T [rad/s²]; port: docking point δ, in T [m];
+    upper, lower: nominal magnitudes of the limits [N, N·m].
+    """
+
+    t: Scalar
+    motion: Motion
+    target: TargetMotion
+    alpha_t: Vector
+    port: Vector
+    upper: Channels
+    lower: Channels
+
+
+class Tick(NamedTuple):
+    """Where a step begins: its number k, its time t = k h, its length h [s]."""
+
+    k: Scalar
+    t: Scalar
+    h: Scalar
+
+
+class Report(NamedTuple):
+    """What a controller tells about itself; it acts on nothing.
+
+    chi: Nussbaum arguments (0 without Nussbaum gains). drift: departure of the parameter estimates from their start, relative
+    to the start (0 without estimates). signals: further signals for the trace, by name.
+    """
+
+    chi: Channels
+    drift: Scalar
+    signals: Mapping[str, Any]
+
+
+class Step(NamedTuple):
+    """Everything at one instant of a flight, as metrics and traces see it.
+
+    seen: the motion as it is measured. command: v before the saturation; commanded: h(v); applied: after the faults;
+    disturbance: added to it [N, N·m]. thrusts: after the faults, where thrusters fly [N].
+    """
+
+    t: Scalar
+    motion: Motion
+    seen: Motion
+    target: TargetMotion
+    plant: Plant
+    command: Channels
+    commanded: Channels
+    applied: Channels
+    disturbance: Channels
+    report: Report
+    thrusts: Thrusts | tuple[()] = ()
+
+
+class State(NamedTuple):
+    """Everything that is integrated: relative motion, target, the controller's own state."""
+
+    motion: Motion
+    target: TargetMotion
+    control: Any
+
+
+@jax.tree_util.register_pytree_node_class
+class Numbers(Mapping[str, Any]):
+    """Named numbers of one component (drawn or fixed); also readable as attributes: `gains.k1`."""
+
+    def __init__(self, values: Mapping[str, Any]) -> None:
+        self._values = dict(sorted(values.items()))
+
+    def __getitem__(self, name: str) -> Any:
+        return self._values[name]
+
+    def __iter__(self):
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self._values[name]
+        except KeyError:
+            raise AttributeError(name) from None
+
+    def tree_flatten(self) -> tuple[tuple[Any, ...], tuple[str, ...]]:
+        return tuple(self._values.values()), tuple(self._values)
+
+    @classmethod
+    def tree_unflatten(cls, names: tuple[str, ...], values: tuple[Any, ...]) -> Numbers:
+        return cls(dict(zip(names, values, strict=True)))

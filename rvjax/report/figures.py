@@ -1,0 +1,60 @@
+"""Figures as bytes that depend on nothing but the figure: SVG to embed, SVG and PNG as files."""
+
+from __future__ import annotations
+
+import io
+import re
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import matplotlib
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+from rvjax.report.blocks import Drawing, Section
+from rvjax.report.plotting import STYLE
+from rvjax.run_folder import RunFolder
+
+_REFERENCE = re.compile(r'(\bid="|\bhref="#|url\(#)')
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawn figure: `svg` a document of its own, `inline` the same for use inside HTML, `png` at 160 dpi."""
+
+    svg: str
+    inline: str
+    png: bytes
+
+
+def drawn(folder: RunFolder, make: Callable[[], Sequence[Section]]) -> tuple[Sequence[Section], dict[str, Picture]]:
+    """Makes sections in the style of the report, and renders their figures into a folder; the pictures by their names."""
+    with matplotlib.rc_context(STYLE):
+        sections = make()
+        pictures = {drawing.name: draw(drawing) for section in sections for drawing in section.drawings}
+    for name, picture in pictures.items():
+        folder.write_text(f"figures/{name}.svg", picture.svg)
+        folder.write_bytes(f"figures/{name}.png", picture.png)
+    return sections, pictures
+
+
+def draw(drawing: Drawing) -> Picture:
+    """Renders a figure, once for each format; its name makes the SVG's ids unique on a page with several figures."""
+    vector, pixels = io.StringIO(), io.BytesIO()
+    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    with matplotlib.rc_context({"svg.hashsalt": drawing.name}), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")  # drawn as a box, never an error
+        FigureCanvasAgg(drawing.figure).print_png(pixels, metadata={"Software": None})
+        drawing.figure.set_layout_engine("none")  # what was laid out once serves both formats
+        FigureCanvasSVG(drawing.figure).print_svg(vector, metadata=nothing)
+    svg = vector.getvalue()
+    return Picture(svg, _inline(svg, drawing.name), pixels.getvalue())
+
+
+def _inline(svg: str, name: str) -> str:
+    """The <svg> element alone: no prolog, no comments, no namespaces (HTML knows them), ids prefixed by `name`."""
+    element = svg[svg.index("<svg") :]
+    element = re.sub(r"<!--.*?-->", "", element, flags=re.DOTALL)
+    element = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", element, count=2).replace("xlink:href", "href")
+    return _REFERENCE.sub(rf"\g<1>{name}-", element)

@@ -1,0 +1,47 @@
+"""The sections of a report, one file each; a section is a function of the opened run, None where it has nothing to show.
+
+A new section is a new file and a line in SECTIONS, in the order of the page.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rvjax.report.blocks import Section
+from rvjax.report.run_view import Run
+from rvjax.report.sections import (
+    adaptation,
+    captured,
+    comparison,
+    dispersions,
+    drivers,
+    envelopes,
+    evidence,
+    other_metrics,
+    provenance,
+    saturation,
+    settling,
+    verdicts,
+    worst,
+)
+
+SECTIONS: tuple[Callable[[Run], Section | None], ...] = (
+    verdicts.section,
+    evidence.section,
+    captured.section,
+    settling.section,
+    comparison.section,
+    envelopes.section,
+    saturation.section,
+    adaptation.section,
+    other_metrics.section,
+    worst.section,
+    drivers.section,
+    dispersions.section,
+    provenance.section,
+)
+
+
+def sections(run: Run) -> list[Section]:
+    """All that a run has, in the order of the page."""
+    return [made for section in SECTIONS if (made := section(run)) is not None]

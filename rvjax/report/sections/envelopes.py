@@ -1,0 +1,137 @@
+"""Section: how errors, rates and the commanded wrench develop over time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from rvjax.columns import CHANNELS
+from rvjax.report import plotting
+from rvjax.report.blocks import Drawing, Number, Section, Table
+from rvjax.report.number_format import axis_label, capital, channel, count, percent, setting
+from rvjax.report.run_view import CONFIDENCE, Run
+
+_NORMS = {
+    "rho_m": ("position error", "|ρ|", "m"),
+    "sigma": ("attitude error", "|σ| (MRP)", "1"),
+    "nu_m_s": ("velocity error", "|ν|", "m/s"),
+    "omega_rad_s": ("relative rate", "|ω|", "rad/s"),
+}
+
+
+def section(run: Run) -> Section:
+    """Median, 5–95 % and all samples over time, the worst flights overlaid; the commanded wrench within its limits."""
+    title = "Flights over time"
+    if run.envelopes.empty:
+        return Section("envelopes", title, "The run kept no time histories.")
+    kept = len(set(run.envelopes["sample"]))
+    lead = f"Histories of {count(kept)} of the {count(run.flown)} flown samples."
+    table = run.envelopes.pivot(index="sample", columns="t_s")
+    body = (_norm_figure(run, table, kept), _norm_table(run, table, kept), _wrench_figure(run, table, kept))
+    return Section("envelopes", title, lead, body)
+
+
+def _norm_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
+    figure, panels = plotting.axes(2, 2, 5.6, sharex=True)
+    for axis, (name, (words, symbol, unit)) in zip(panels, _NORMS.items(), strict=True):
+        values = _history(table, name)
+        plotting.bands(axis, _times(table), values, lost=math.inf)
+        for trace in run.traces.values():
+            axis.plot(trace["t_s"], _norm(trace, name), color=plotting.RED, lw=0.7, alpha=0.8, label="worst flights")
+        positive = values[np.isfinite(values) & (values > 0)]
+        if positive.size:
+            low, high = np.quantile(positive, (0.001, 0.999))
+            high = min(10 * high, positive.max())  # a flight that diverges may leave the picture
+            plotting.logarithmic(axis.yaxis, high / low)
+            axis.set_ylim(low / 1.5, high * 1.5)
+        axis.set_title(capital(words))
+        axis.set_ylabel(axis_label(symbol, unit))
+        _marks(axis, run, table)
+    _finish(panels, 2)
+    return Drawing("envelopes", _caption("Errors and rates", run, kept), figure)
+
+
+def _wrench_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
+    figure, panels = plotting.axes(2, 3, 4.9, sharex=True)
+    for axis, name in zip(panels, CHANNELS, strict=True):
+        plotting.bands(axis, _times(table), _history(table, f"cmd_{name}"), lost=math.nan)
+        for trace in run.traces.values():
+            axis.plot(trace["t_s"], trace[f"cmd_{name}"], color=plotting.RED, lw=0.5, alpha=0.6, label="worst flights")
+        low, high = run.limits(name)
+        axis.set_ylim(1.2 * low, 1.2 * high)
+        for value in (low, high):
+            axis.axhline(value, color=plotting.INK, lw=1.0, ls=(0, (4, 3)), label="nominal limit")
+        axis.set_title(capital(channel(name)))
+        axis.set_ylabel("N" if name.startswith("f") else "N·m")
+        _marks(axis, run, table)
+    _finish(panels, 3)
+    low, high = run.spec.actuators.spread.supports[0]
+    text = _caption("Commanded wrench h(v) with its nominal limits", run, kept)
+    if high > low:
+        text += f" The limits of single samples are {setting(low)} to {setting(high)} times the nominal ones."
+    return Drawing("wrench", text, figure)
+
+
+def _norm_table(run: Run, table: pd.DataFrame, kept: int) -> Table:
+    """Median and 95 % quantile of every norm at five instants."""
+    times = _times(table)
+    instants = [int(i) for i in np.linspace(0, times.size - 1, 5).round()]
+    rows = tuple(
+        (f"{words} {symbol}, {label}", *(_at(run, table, name, unit, q, i) for i in instants))
+        for name, (words, symbol, unit) in _NORMS.items()
+        for q, label in ((0.5, "median"), (0.95, "95 % of samples"))
+    )
+    intervals = run.basis.words(f", with {percent(CONFIDENCE)} confidence intervals from order statistics")
+    text = f"Values that a share of the samples does not exceed{intervals} (n = {count(kept)})."
+    return Table(text, ("quantity", *(f"t = {setting(times[i])} s" for i in instants)), rows)
+
+
+def _at(run: Run, table: pd.DataFrame, name: str, unit: str, q: float, index: int) -> Number:
+    estimate = run.basis.quantile(_history(table, name)[:, index], q, CONFIDENCE)
+    return Number(f"envelope.{name}.t{_times(table)[index]:g}.q{q * 100:g}", estimate, unit)
+
+
+def _times(table: pd.DataFrame) -> NDArray[np.float64]:
+    """(times,) s."""
+    return np.asarray(table.columns.get_level_values("t_s").unique(), dtype=float)
+
+
+def _history(table: pd.DataFrame, name: str) -> NDArray[np.float64]:
+    """(samples, times) of one quantity."""
+    return table[name].to_numpy(dtype=float)
+
+
+def _norm(trace: pd.DataFrame, name: str) -> NDArray[np.float64]:
+    """The Euclidean norm of a trace's vector: rho_m from rho_x_m, rho_y_m, rho_z_m."""
+    stem, _, unit = name.partition("_")
+    return np.linalg.norm([trace["_".join(filter(None, (stem, axis, unit)))] for axis in "xyz"], axis=0)
+
+
+def _marks(axis: Axes, run: Run, table: pd.DataFrame) -> None:
+    """Along the upper edge: the time in which faults set in, and the ends of flights that were lost."""
+    if (window := run.onsets()) is not None:
+        axis.axvspan(window[0], max(window[1], window[0] + 1e-3), 0.97, 1.0, color=plotting.ORANGE, lw=0, label="fault onsets")
+    lost = run.head.loc[(run.head["outcome"] == "not_finite") & np.isin(run.head["sample"], table.index), "outcome_time_s"]
+    if not lost.empty:
+        across = axis.get_xaxis_transform()
+        axis.plot(lost, np.full(len(lost), 0.94), "x", color=plotting.RED, mew=1.5, transform=across, label="flight lost")
+
+
+def _finish(panels: list[Axes], columns: int) -> None:
+    """Time labels under the lowest axes, one legend above all."""
+    for axis in panels[-columns:]:
+        axis.set_xlabel("time, s")
+    handles, labels = panels[0].get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    panels[0].figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=len(unique))
+
+
+def _caption(what: str, run: Run, kept: int) -> str:
+    worst = f" Red: the {len(run.traces)} worst flights that were kept." if run.traces else ""
+    onsets = " Orange: when faults set in." if run.onsets() else ""
+    lost = " A flight that was lost counts as the largest error from then on, and commands no wrench."
+    return f"{what} over time for {count(kept)} samples: median, 5–95 %, smallest to largest.{worst}{onsets}{lost}"

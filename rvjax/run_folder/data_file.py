@@ -1,0 +1,61 @@
+"""A file of data: a table with its entry, which is the same wherever it was written, and can be told from the file alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+
+from rvjax.columns import Column
+from rvjax.run_folder import atomic_files, parquet
+from rvjax.run_folder.manifest import Entry, Key
+from rvjax.run_folder.samples_table import KEYS
+
+
+class DataFile(NamedTuple):
+    """data: the bytes; None where they are in their place already, written by whoever made them."""
+
+    entry: Entry
+    data: bytes | None
+
+    @classmethod
+    def of(cls, key: Key, table: pd.DataFrame | pa.Table, columns: Mapping[str, Column], identity: str) -> DataFile:
+        """The table as bytes. identity: digest of the run's. ValueError where a column has no description in `columns`."""
+        known = columns if key.part == "traces" else {**KEYS, **columns}
+        data = parquet.encode(table, known, identity)
+        samples = np.array([key.number]) if key.part == "traces" else np.asarray(table["sample"])
+        return cls(_entry(key, data, samples), data)
+
+    def put(self, root: Path) -> DataFile:
+        """Writes the bytes into a run folder; the first writer wins, and all write the same."""
+        if self.data is not None:
+            path = atomic_files.inside(root, self.entry.file)
+            if not atomic_files.publish(path, self.data):  # damaged: by its name it ought to hold these bytes
+                atomic_files.set_aside(root, self.entry.file)
+                atomic_files.publish(path, self.data)
+        return DataFile(self.entry, None)
+
+
+def recognised(root: Path, file: str, identity: str) -> Entry | None:
+    """The entry of a file of data that is whole and of a run with this identity; None where it is not."""
+    key = Key.of(file)
+    data = atomic_files.read(atomic_files.inside(root, file))
+    if key is None or key.file(atomic_files.sha256(data)) != file:
+        return None
+    try:
+        found, samples = parquet.samples_of(data)
+    except (pa.ArrowException, OSError):
+        return None
+    if key.part == "traces":
+        samples = np.array([key.number])
+    return _entry(key, data, samples) if found == identity and samples is not None and samples.size else None
+
+
+def _entry(key: Key, data: bytes, samples: np.ndarray) -> Entry:
+    digest = atomic_files.sha256(data)
+    first, last = int(samples.min()), int(samples.max())
+    return Entry(file=key.file(digest), sha256=digest, bytes=len(data), first=first, count=last - first + 1)

@@ -1,0 +1,72 @@
+"""Extract: the columns that the requirements look at, of all samples in one file, so that judging a folder again is quick.
+
+It is made with the report and counts only while it fits: its SHA-256 is noted with those of the report, and it carries the digest
+of the chunks that it was made from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from rvjax.run_folder import atomic_files
+from rvjax.run_folder.manifest import Entry
+
+NAME = "judged.parquet"
+MOST = 5_000_000
+"""Samples up to which it is kept."""
+
+_CHUNKS = b"rvjax.chunks"
+
+
+class Extract:
+    """Collects the columns, chunk by chunk, in any order."""
+
+    def __init__(self) -> None:
+        self._parts: dict[int, pa.Table] = {}
+        self._n = 0
+
+    def add(self, chunk: int, frame: pd.DataFrame, names: Sequence[str]) -> None:
+        """Takes in some columns of a chunk; nothing any more once there are too many samples."""
+        self._n += len(frame)
+        if self._n > MOST:
+            self._parts.clear()
+            return
+        columns = {name: pa.array(frame[name].to_numpy()) for name in ("sample", *names)}
+        self._parts[chunk] = pa.table({"outcome": pa.array(frame["outcome"]).dictionary_encode(), **columns})
+
+    def encoded(self, chunks: Sequence[Entry]) -> bytes | None:
+        """The file; None where it would not have all of these chunks."""
+        if not chunks or sorted(self._parts) != [chunk.number for chunk in chunks]:
+            return None
+        whole = pa.concat_tables([self._parts[number] for number in sorted(self._parts)]).unify_dictionaries().combine_chunks()
+        whole = whole.replace_schema_metadata({_CHUNKS: digest(chunks).encode()})
+        sink = pa.BufferOutputStream()
+        dictionary: Any = ["outcome"]
+        pq.write_table(whole, sink, compression="zstd", use_dictionary=dictionary, write_page_checksum=True)
+        return sink.getvalue().to_pybytes()
+
+
+def digest(chunks: Sequence[Entry]) -> str:
+    """Of the chunks, by the SHA-256 of their files."""
+    return atomic_files.sha256("".join(chunk.sha256 for chunk in chunks).encode())
+
+
+def decoded(data: bytes, chunks: Sequence[Entry], names: Sequence[str]) -> tuple[pd.DataFrame, list[int]] | None:
+    """The columns of all samples and the row at which each chunk begins; None where the file is of other chunks, or lacks a
+    column."""
+    try:
+        file = pq.ParquetFile(pa.BufferReader(data), page_checksum_verification=True)
+        there = file.schema_arrow
+        if (there.metadata or {}).get(_CHUNKS, b"").decode() != digest(chunks) or not {*names} <= {*there.names}:
+            return None
+        frame = file.read(["sample", "outcome", *names]).to_pandas(strings_to_categorical=True)
+    except (pa.ArrowException, OSError):
+        return None
+    begins = np.concatenate([[0], np.cumsum([chunk.count for chunk in chunks])[:-1]])
+    return frame, begins.tolist()

@@ -1,0 +1,1 @@
+"""Searches above the run: tuning gains, the worst draws, rare failures. They only call the run."""

@@ -1,0 +1,178 @@
+"""A search: batches of candidates that a method proposes, each batch a race against the best so far."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.campaign.tuning import Tuning
+from rvjax.components.search_methods.interface import Search as Propose
+from rvjax.components.search_methods.interface import Spent, Task, Told
+from rvjax.search.tuning.candidate_flights import Flights
+from rvjax.search.tuning.gradients import Slopes
+from rvjax.search.tuning.objective import Judge
+from rvjax.search.tuning.race import Rules, Standing, front_of, ordered, race, ranks
+
+OWN = 0
+"""Number of the campaign as it is."""
+
+IDLE = 20
+"""After so many batches in a row without a new candidate there is nothing left to find."""
+
+
+@dataclass
+class Round:
+    """How many candidates began a round of the races, and how many it threw out, by tests and by halving."""
+
+    size: int
+    begun: int = 0
+    by_test: int = 0
+    by_halving: int = 0
+
+
+@dataclass
+class Search:
+    """Evaluates what a method proposes. stop_at: lanes after which it is over, of a search that was over by time before."""
+
+    tuning: Tuning
+    flights: Flights
+    judge: Judge
+    told: Callable[[str], None]
+    slopes: Slopes | None = None
+    stop_at: int | None = None
+    standings: dict[int, Standing] = field(default_factory=dict[int, Standing])
+    batch_of: dict[int, int] = field(default_factory=dict[int, int])
+    best: int = OWN
+    batches: int = 0
+    hard: tuple[int, ...] = ()
+    idle: int = 0
+
+    def __post_init__(self) -> None:
+        self.rounds = [Round(size) for size in self.tuning.rounds]
+        self._began = time.monotonic()
+
+    def run(self, propose: Propose, task: Task) -> None:
+        """Flies everything that the method proposes until the budget is used up; before that the campaign as it is."""
+        with suppress(Spent):
+            propose(task, self)
+        if not self.standings:
+            self._begin()
+
+    def _begin(self) -> None:
+        samples = np.arange(self.tuning.rounds[-1], dtype=np.int64)
+        self.flights.fly([OWN], samples)
+        own = Standing(OWN, len(self.tuning.rounds) - 1, len(samples), self.judge.score(self.flights.table(OWN, samples)))
+        self.standings[OWN], self.batch_of[OWN] = own, 0
+        self._remember_hard()
+
+    def __call__(self, points: NDArray[np.float64]) -> Told:
+        """What comes of proposed points: a race of those that have not flown yet; others keep the standing that they have."""
+        if not self.standings:
+            self._begin()
+        if self._late():
+            raise Spent
+        numbers: list[int] = []
+        most = self.tuning.budget.candidates
+        cut = False
+        for point in points:
+            known = len(self.flights.candidates)
+            if most is not None and known > most and not self.flights.knows(point):
+                cut = True  # one more than there may be: what is proposed beside it still flies
+                continue
+            numbers.append(self.flights.number(self.flights.space.values(point), point))
+        new = [one for one in dict.fromkeys(numbers) if one not in self.standings]
+        self.idle = 0 if new else self.idle + 1
+        if (not new and cut) or self.idle > IDLE:
+            raise Spent
+        over = self._race(new) if new else False
+        if cut or over:
+            raise Spent
+        return self._tell(numbers, points)
+
+    def front(self) -> list[int]:
+        """The candidates that nothing dominates, of those that flew all samples."""
+        whole = self._whole()
+        fronts = front_of([self.standings[one].score for one in whole])
+        return [one for one, front in zip(whole, fronts, strict=True) if front == 0]
+
+    def _whole(self) -> list[int]:
+        return [one for one, standing in self.standings.items() if not standing.left and standing.score.objectives]
+
+    def _late(self) -> bool:
+        """Whether the minutes are over; of a search that was over by time before, whether it has all that it had then."""
+        minutes = self.tuning.budget.minutes
+        if self.stop_at is not None:
+            return self.flights.lanes >= self.stop_at
+        return minutes is not None and time.monotonic() - self._began >= 60.0 * minutes
+
+    def _race(self, new: list[int]) -> bool:
+        """Flies new candidates; returns whether the budget was used up meanwhile."""
+        race_of = self.tuning.race
+        rules = Rules(self.tuning.rounds, race_of.keep, race_of.risk, self.hard)
+        self.batches += 1
+        came, over = race(new, self.flights, self.judge, rules, self.best, self._late)
+        for standing in came:
+            self.standings[standing.candidate], self.batch_of[standing.candidate] = standing, self.batches
+            for number in range(standing.round + 1):
+                self.rounds[number].begun += 1
+            if standing.left == "test":
+                self.rounds[standing.round].by_test += 1
+            elif standing.left == "halving":
+                self.rounds[standing.round].by_halving += 1
+        whole = {one: self.standings[one].score for one in self._whole()}
+        if self.judge.goal == "pareto":
+            self.best = self._middle(self.front())
+        else:
+            self.best = ordered({one: whole[one] for one in dict.fromkeys((self.best, *whole))}, self.judge.goal)[0]
+        self._remember_hard()
+        self._say()
+        return over
+
+    def _middle(self, front: list[int]) -> int:
+        """Of the best front the one nearest to the best of each objective, in units of the front's extent."""
+        scores = np.array([self.standings[one].score.objectives for one in front])
+        finite = np.isfinite(scores)
+        low = np.where(finite, scores, np.inf).min(axis=0)
+        wide = np.where(finite, scores, -np.inf).max(axis=0) - low
+        with np.errstate(invalid="ignore"):
+            scaled = np.where(finite, (scores - low) / np.where(wide > 0.0, wide, 1.0), 1e9)
+        return front[int(np.argmin(np.linalg.norm(scaled, axis=1)))]
+
+    def _remember_hard(self) -> None:
+        """The samples that the best candidate does worst, of those that the first round does not fly anyway."""
+        count = self.tuning.race.hard
+        if not count:
+            return
+        samples = self.flights.samples(self.best)
+        losses = self.judge.measures[0].losses(self.flights.table(self.best, samples))
+        later = samples >= self.tuning.rounds[0]
+        order = np.argsort(-losses[later], kind="stable")
+        self.hard = tuple(samples[later][order[:count]].tolist())
+
+    def _tell(self, numbers: list[int], points: NDArray[np.float64]) -> Told:
+        standings = [self.standings[one] for one in numbers]
+        blank = (np.inf,) * self.judge.objectives
+        slopes = None if self.slopes is None else self.slopes.of(numbers, points)
+        return Told(
+            np.array([one.score.violation for one in standings]),
+            np.array([one.score.objectives or blank for one in standings]),
+            ranks(standings, self.judge.goal),
+            slopes,
+        )
+
+    def _say(self) -> None:
+        most = self.tuning.budget.candidates
+        of = "" if most is None else f" of {most}"
+        samples = np.arange(self.standings[self.best].samples, dtype=np.int64)
+        values = self.judge.values(self.flights.table(self.best, samples))
+        who = "the campaign as it is" if self.best == OWN else f"candidate {self.best}"
+        said = ", ".join(f"{measure} {value:.4g}" for measure, value in zip(self.judge.measures, values, strict=True))
+        violated = self.standings[self.best].score.violation
+        broken = f", requirements missed by {violated:.3g}" if violated else ""
+        done = len(self.flights.candidates) - 1
+        self.told(f"{done}{of} candidates, {self.flights.flights} flights; best: {who}, {said}{broken}")

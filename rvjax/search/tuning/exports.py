@@ -1,0 +1,37 @@
+"""What a search leaves for others: the best campaign, ready to fly, and the table of all candidates."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+
+from rvjax.campaign import Spec
+from rvjax.campaign.export import campaign_text
+from rvjax.campaign.tuning_parameters import Value
+from rvjax.run_folder.tuning_record import Searched
+from rvjax.search.tuning.space import Space
+
+
+def best_campaign(spec: Spec, space: Space, values: Mapping[str, Value], overrides: Sequence[str]) -> str:
+    """The campaign with the best values, what was set beside the file, and the draws of its confirmation; without `tune`."""
+    assert spec.tune is not None, "it was tuned"
+    fresh = {"samples": spec.tune.confirm.samples, "seed": spec.tune.confirm.seed}
+    more = [f"{name}={value}" for name, value in fresh.items() if value is not None]
+    which = "Values found by `rvjax tune`." if values else "Values as they were: none that the search tried was better."
+    comment = f"{which} `rvjax run` with this file flies the draws that confirmed them."
+    return campaign_text(spec, [*overrides, *more, *space.assignments(values)], ("tune",), "-tuned", comment)
+
+
+def candidates_table(found: Searched) -> str:
+    """One row a candidate, as CSV: where it was proposed, how far it came, its objectives and values."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    objectives = [f"{one.text} [{one.unit}]" if one.unit not in ("", "1") else one.text for one in found.objectives]
+    names = [one.name for one in found.parameters]
+    rows.writerow(["candidate", "batch", "rounds", "samples", "left", "violation", *objectives, *names])
+    for row in found.rows:
+        shown = row.objectives or [""] * len(objectives)
+        values = [row.values.get(name, "") for name in names]
+        rows.writerow([row.candidate, row.batch, row.round + 1, row.samples, row.left, row.violation, *shown, *values])
+    return text.getvalue()

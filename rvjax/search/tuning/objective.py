@@ -1,0 +1,324 @@
+"""What a candidate is worth on some samples, and whether one is worse than another on the same samples.
+
+    loss        x = X where small is good, −X where large is good; +∞ where the flight was lost
+    mean        E x
+    quantile    the q-quantile of X, as a loss
+    cvar        E[x | x among the worst 1 − q of all]
+    probability P(X does not comply)
+
+    violation   Σ over requirements of (needed share − observed share)₊, of a mean (excess/limit)₊
+
+The share that is needed is the one whose fresh samples pass with probability POWER: a candidate at the limit itself would pass on
+them as often as not.
+
+A candidate that violates less is better; of two that violate equally, the one with the smaller objective. Whether one is *worse*
+is tested in pairs on the samples that both have flown:
+
+    requirement, probability, quantile   McNemar's exact test of who does not comply, or is beyond the better one's quantile
+    mean, cvar                           Student's t of the differences of x, or of (x − t)₊/(1 − q), t the better one's quantile;
+                                         McNemar's test of who was lost where one was
+    weighted sum                         z of the difference, its deviation by RESAMPLES bootstraps of the pairs
+
+An objective is only compared with one that is shown to meet the requirements: of two that violate, or that may, the order of
+their objectives is not what decides in the end.
+
+McNemar's test is exact where the threshold is given; where it is a quantile of the same samples, and for t and z, the risk is
+nominal.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy import special
+
+from rvjax.analysis.verdicts.compliance import Reading
+from rvjax.campaign import Requirement
+from rvjax.campaign.tuning import Goal, Objective
+from rvjax.columns import Column
+from rvjax.stats import clopper_pearson_lower, mcnemar, verdict_chances
+
+Values = NDArray[np.float64]
+
+RESAMPLES = 200
+
+CONFIDENCE = 0.95
+"""With which the better one has to be shown to meet a requirement before objectives are compared."""
+
+POWER = 0.9
+"""Probability to pass on fresh draws that a candidate is asked for."""
+
+
+class Score(NamedTuple):
+    """violation: of the requirements, in sum. objectives: as losses."""
+
+    violation: float
+    objectives: tuple[float, ...]
+
+
+REFUSED = math.inf
+"""Violation of a candidate whose values the campaign does not accept together."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One objective. column: of the samples table; largest: whether the metric is to be large."""
+
+    objective: Objective
+    column: str
+    unit: str
+    largest: bool
+
+    @classmethod
+    def of(cls, objective: Objective, columns: Mapping[str, Column]) -> Measure:
+        """The objective on these columns `metric.<name>`."""
+        start = f"metric.{objective.metric}"
+        column = start if start in columns else f"{start}.{objective.channel or 'any'}"
+        about = columns[column]
+        largest = objective.sense == "largest" if objective.sense else about.better == "higher"
+        return cls(objective, column, about.unit, largest)
+
+    def needs_sense(self, columns: Mapping[str, Column]) -> bool:
+        """Whether nobody knows if the metric is to be small or large."""
+        return not self.objective.sense and not self.objective.probability and not columns[self.column].better
+
+    def losses(self, frame: pd.DataFrame) -> Values:
+        """(n,) the smaller the better; for a probability whether a sample does not comply."""
+        x = frame[self.column].to_numpy(dtype=float)
+        lost = (frame["outcome"] == "not_finite").to_numpy() | np.isnan(x)
+        one = self.objective
+        if one.probability:
+            complies = x > 0.5 if one.metric == "captured" else x < one.below if one.below is not None else x > one.above
+            return np.where(complies & ~lost, 0.0, 1.0)
+        return np.where(lost, np.inf, -x if self.largest else x)
+
+    def value(self, x: Values) -> float:
+        """Of losses (n,)."""
+        one = self.objective
+        if one.quantile is not None:
+            return -quantile(-x, one.quantile) if self.largest else quantile(x, one.quantile)
+        return tail_mean(x, one.cvar) if one.cvar is not None else float(np.mean(x))
+
+    def shown(self, loss: float) -> float:
+        """The value in the metric's own sense: a share that complies, a margin that is large."""
+        if self.objective.probability:
+            return 1.0 - loss
+        return -loss if self.largest else loss
+
+    def p_worse(self, x: Values, other: Values) -> float:
+        """One-sided p-value of pairs against: x (n,) is not worse than `other`, whose value is smaller."""
+        one = self.objective
+        if one.probability:
+            return _p_counts(x > 0.5, other > 0.5)
+        if one.mean:
+            return _p_means(x, other)
+        if one.quantile is not None:
+            threshold = self.value(other)
+            return _p_counts(x > threshold, other > threshold)
+        threshold = quantile(other, one.cvar or 0.0)
+        if not math.isfinite(threshold):
+            return _p_counts(np.isinf(x), np.isinf(other))
+        return _p_means(np.maximum(x - threshold, 0.0), np.maximum(other - threshold, 0.0))
+
+    def __str__(self) -> str:
+        one = self.objective
+        name = one.metric + (f" ({one.channel})" if one.channel else "")
+        if one.probability:
+            side = (
+                "" if one.metric == "captured" else f" below {one.below:g}" if one.below is not None else f" above {one.above:g}"
+            )
+            return f"share with {name}{side}"
+        if one.quantile is not None:
+            return f"{one.quantile:g} quantile of {name}"
+        if one.cvar is not None:
+            return f"mean of {name} {f'below its {1.0 - one.cvar:g}' if self.largest else f'above its {one.cvar:g}'} quantile"
+        return f"mean of {name}"
+
+
+def quantile(x: Values, q: float) -> float:
+    """The smallest value that a share q of them does not exceed."""
+    rank = min(max(math.ceil(q * len(x) - 1e-9) - 1, 0), len(x) - 1)
+    return float(np.partition(x, rank)[rank])
+
+
+def tail_mean(x: Values, q: float) -> float:
+    """(1/(1 − q)) ∫_q^1 quantile(u) du of the values' own distribution."""
+    ordered, weight = np.sort(x)[::-1], (1.0 - q) * len(x)
+    whole = min(int(weight), len(x) - 1)
+    part = weight - whole
+    total = float(np.sum(ordered[:whole])) + (part * float(ordered[whole]) if part > 1e-12 else 0.0)
+    return total / weight
+
+
+class Judge:
+    """Scores and compares candidates by their tables, which hold the same samples in the same order."""
+
+    def __init__(
+        self, requirements: Sequence[Requirement], measures: Sequence[Measure], goal: Goal, fresh: int | None = None
+    ) -> None:
+        """fresh: samples of the confirmation; without, shares are only to be what is required."""
+        self.requirements, self.measures = tuple(requirements), tuple(measures)
+        self.goal: Goal = goal
+        self._needed = [one.limit if fresh is None else needed(one, fresh) for one in requirements]
+        self._readings = [Reading(one) for one in requirements]
+
+    def columns(self, names: Sequence[str]) -> list[str]:
+        """The columns that it needs beside sample and outcome."""
+        needed = [
+            *(measure.column for measure in self.measures),
+            *(name for one in self._readings for name in one.columns(names)),
+        ]
+        return list(dict.fromkeys(needed))
+
+    def score(self, frame: pd.DataFrame) -> Score:
+        """What a candidate is worth; of the weighted goal one objective."""
+        values = [measure.value(measure.losses(frame)) for measure in self.measures]
+        violation = sum(self._shortfalls(frame))
+        if self.goal == "weighted" and len(values) > 1:
+            values = [self._sum(values)]
+        return Score(violation, tuple(values))
+
+    @property
+    def objectives(self) -> int:
+        """How many a score has."""
+        return 1 if self.goal == "weighted" else len(self.measures)
+
+    def total(self, losses: Sequence[Values]) -> float:
+        """Of the losses of each objective, the weighted sum of their values."""
+        return self._sum([measure.value(x) for measure, x in zip(self.measures, losses, strict=True)])
+
+    def _sum(self, values: Sequence[float]) -> float:
+        return sum(measure.objective.weight * value for measure, value in zip(self.measures, values, strict=True))
+
+    def values(self, frame: pd.DataFrame) -> tuple[float, ...]:
+        """Each objective by itself, as it is shown."""
+        return tuple(measure.shown(measure.value(measure.losses(frame))) for measure in self.measures)
+
+    def _shortfalls(self, frame: pd.DataFrame) -> list[float]:
+        """By how much each requirement is missed."""
+        required = zip(self.requirements, self._readings, self._needed, strict=True)
+        return [self._shortfall(one, reading, share, frame) for one, reading, share in required]
+
+    @staticmethod
+    def _shortfall(requirement: Requirement, reading: Reading, share: float, frame: pd.DataFrame) -> float:
+        values = reading.values(frame, {})[reading.chosen(frame)]
+        if not values.size:
+            return 0.0
+        if not requirement.mean:
+            return max(share - float(np.mean(reading.comply(values))), 0.0)
+        limit = requirement.below if requirement.below is not None else requirement.above
+        assert limit is not None, "a mean has a side"
+        mean = math.inf if np.isnan(values).any() else float(np.mean(values))
+        excess = mean - limit if requirement.below is not None or math.isinf(mean) else limit - mean
+        return max(excess, 0.0) / max(abs(limit), 1e-12)
+
+    def p_worse(self, frame: pd.DataFrame, better: pd.DataFrame) -> float:
+        """p-value of pairs against: the first is not worse than the second, which has the better score."""
+        ours, theirs = self.score(frame), self.score(better)
+        found: list[float] = []
+        if ours.violation > theirs.violation:
+            missed = zip(self._p_complies(frame, better), self._shortfalls(frame), self._shortfalls(better), strict=True)
+            each = [p for p, here, there in missed if here > there]  # one that both meet is no matter of a violation
+            found.append(min(1.0, len(each) * min(each)))
+        if self.goal == "pareto":
+            pairs = zip(self.measures, ours.objectives, theirs.objectives, strict=True)
+            each = [m.p_worse(m.losses(frame), m.losses(better)) if a > b else 1.0 for m, a, b in pairs]
+            found.append(max(each) if self.complies(better) else 1.0)
+        elif ours.objectives > theirs.objectives and self.complies(better):
+            found.append(self._p_objective(frame, better, ours, theirs))
+        return min(1.0, len(found) * min(found)) if found else 1.0
+
+    def complies(self, frame: pd.DataFrame) -> bool:
+        """Whether the samples show, at CONFIDENCE for each requirement, that it is met. Until then nobody is worse for being
+        slower than a candidate that may turn out to violate."""
+        return all(self._shown(one, reading, frame) for one, reading in zip(self.requirements, self._readings, strict=True))
+
+    @staticmethod
+    def _shown(requirement: Requirement, reading: Reading, frame: pd.DataFrame) -> bool:
+        values = reading.values(frame, {})[reading.chosen(frame)]
+        if not requirement.mean:
+            return clopper_pearson_lower(int(np.sum(reading.comply(values))), len(values), CONFIDENCE) >= requirement.limit
+        if len(values) < 2 or not np.isfinite(values).all():
+            return False
+        limit = requirement.below if requirement.below is not None else requirement.above
+        assert limit is not None, "a mean has a side"
+        off = float(np.mean(values)) - limit if requirement.below is not None else limit - float(np.mean(values))
+        deviation = float(np.std(values, ddof=1)) / math.sqrt(len(values))
+        return float(special.stdtr(len(values) - 1, off / deviation)) <= 1.0 - CONFIDENCE if deviation > 0.0 else off <= 0.0
+
+    def p_fails(self, frame: pd.DataFrame, better: pd.DataFrame) -> float:
+        """p-value of pairs against: the first complies with the requirements, or is captured, as often as the second."""
+        if not self.requirements:
+            return _p_counts(*((one["outcome"] != "captured").to_numpy() for one in (frame, better)))
+        return min(1.0, len(self.requirements) * min(self._p_complies(frame, better)))
+
+    def _p_complies(self, frame: pd.DataFrame, better: pd.DataFrame) -> list[float]:
+        found: list[float] = []
+        for requirement, reading in zip(self.requirements, self._readings, strict=True):
+            both = reading.chosen(frame) & reading.chosen(better)
+            x, y = (reading.values(one, {})[both] for one in (frame, better))
+            if requirement.mean:
+                sign = 1.0 if requirement.below is not None else -1.0
+                found.append(_p_means(*(np.where(np.isnan(one), np.inf, sign * one) for one in (x, y))))
+            else:
+                found.append(_p_counts(~reading.comply(x), ~reading.comply(y)))
+        return found
+
+    def _p_objective(self, frame: pd.DataFrame, better: pd.DataFrame, ours: Score, theirs: Score) -> float:
+        if self.goal == "weighted" and len(self.measures) > 1:
+            return self._p_sum(*([measure.losses(one) for measure in self.measures] for one in (frame, better)))
+        first = next(i for i, (a, b) in enumerate(zip(ours.objectives, theirs.objectives, strict=True)) if a != b)
+        measure = self.measures[first]
+        return measure.p_worse(measure.losses(frame), measure.losses(better))
+
+    def _p_sum(self, ours: Sequence[Values], theirs: Sequence[Values]) -> float:
+        n = len(ours[0])
+        rows = np.random.default_rng(n).integers(n, size=(RESAMPLES, n))
+        observed, *found = [
+            self.total([x[row] for x in ours]) - self.total([y[row] for y in theirs]) for row in (np.arange(n), *rows)
+        ]
+        spread = np.array(found)
+        if not np.isfinite(spread).all() or not math.isfinite(observed):
+            return (1.0 + float(np.sum(~(spread > 0.0)))) / (RESAMPLES + 1.0)
+        deviation = float(np.std(spread, ddof=1))
+        return float(special.ndtr(-observed / deviation)) if deviation > 0.0 else 1.0
+
+
+def needed(requirement: Requirement, fresh: int) -> float:
+    """The smallest share of complying samples with which so many fresh ones PASS with probability POWER; the required share where
+    none does, and of a class, of which nobody knows how many there will be."""
+    limit = requirement.limit
+
+    def passes(share: float) -> bool:
+        return float(verdict_chances(fresh, limit, requirement.confidence, share).passes) >= POWER
+
+    if requirement.mean or requirement.where or not passes(1.0):
+        return limit
+    low, high = limit, 1.0
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if passes(middle) else (middle, high)
+    return high
+
+
+def _p_counts(fails: NDArray[np.bool_], others: NDArray[np.bool_]) -> float:
+    """McNemar's exact test, one-sided: the first fails more often."""
+    only_first, only_second = int(np.sum(fails & ~others)), int(np.sum(others & ~fails))
+    return float(mcnemar(only_first, only_second, better="a")) if only_first > only_second else 1.0
+
+
+def _p_means(x: Values, y: Values) -> float:
+    """Student's t of the differences, one-sided: the first is larger in the mean. Where flights were lost, who lost more."""
+    if np.isinf(x).any() or np.isinf(y).any():
+        return _p_counts(np.isinf(x), np.isinf(y))
+    d = x - y
+    n, mean, deviation = len(d), float(np.mean(d)), float(np.std(d, ddof=1)) if len(d) > 1 else 0.0
+    if deviation == 0.0 or n < 2:
+        return 1.0
+    return float(special.stdtr(n - 1, -mean / (deviation / math.sqrt(n))))

@@ -1,0 +1,226 @@
+"""The space of a tuning: points of the unit cube ↔ values of a campaign.
+
+    u ∈ [0, 1]^d ─range→ values of the free parameters ─ties→ values of all ─`--set`→ a campaign
+
+A candidate is the campaign with some values set, read by the same rules as every campaign: nothing can be tuned that could not be
+written into the file, and what is written in the end is what was flown.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.campaign import Quantity
+from rvjax.campaign.distributions import Fixed
+from rvjax.campaign.fields import Model, declared
+from rvjax.campaign.overrides import value_at
+from rvjax.campaign.plain_values import is_number
+from rvjax.campaign.source import Source, read
+from rvjax.campaign.tuning import Tuning
+from rvjax.campaign.tuning_parameters import Free, Parameter, Product, Value, digits, is_free
+from rvjax.components.registry import FAMILY_OF, component
+from rvjax.components.search_methods.interface import Axis
+from rvjax.errors import CampaignError, Finding
+from rvjax.simulation.problem import Problem, load
+
+ENDS = 2
+"""Of a range, each of which is tried before anything flies."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """source, overrides: the campaign as it is given; problem: what it states. Made by `of`."""
+
+    source: Source
+    overrides: tuple[str, ...]
+    problem: Problem
+    parameters: Mapping[str, Parameter]
+    fixed: Mapping[str, float]
+
+    @classmethod
+    def of(cls, path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tuning]:
+        """The space of a campaign with a section `tune`. CampaignError with every finding: no such section, places that are none,
+        ends of ranges that the campaign refuses."""
+        given = read(path)
+        problem = load(given, overrides)
+        source, tuning = problem.spec.source, problem.spec.tune
+        if tuning is None:
+            accepted = "accepted: a section tune with parameters and an objective"
+            raise CampaignError([source.finding((), "there is nothing to tune", accepted)])
+        fixed, findings = _fixed(problem, tuning.parameters)
+        space = cls(given, tuple(overrides), problem, tuning.parameters, fixed)
+        findings += [*_aside(problem, tuning.parameters), *_unused(problem, tuning.parameters)]
+        findings += space._refused() if not findings else []
+        if findings:
+            raise CampaignError(dict.fromkeys(findings))
+        return space, tuning
+
+    @cached_property
+    def free(self) -> dict[str, Free]:
+        """The parameters with a coordinate of their own, in the order of the coordinates."""
+        return {name: one for name, one in self.parameters.items() if is_free(one)}
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """What a search needs to know of each coordinate."""
+        return tuple(Axis(one.levels, one.ordered) for one in self.free.values())
+
+    def values(self, point: NDArray[np.float64], exact: bool = False) -> dict[str, Value]:
+        """The value of every parameter at a point, as it is written; exact: with all digits."""
+        free = zip(self.free.items(), map(float, point), strict=True)
+        known: dict[str, Value] = {name: one.exact(u) if exact else one.value(u) for (name, one), u in free}
+        return {
+            name: self._product(one, known, exact) if isinstance(one, Product) else known[name]
+            for name, one in self.parameters.items()
+        }
+
+    def _product(self, tie: Product, known: Mapping[str, Value], exact: bool) -> float:
+        factors = [known.get(one, self.fixed.get(one, one)) if isinstance(one, str) else one for one in tie.factors]
+        product = float(np.prod([float(factor) for factor in factors]))
+        return product if exact else digits(product)
+
+    def assignments(self, values: Mapping[str, Value]) -> tuple[str, ...]:
+        """The values as `place=value`; a name that is no place has none."""
+        return tuple(f"{name}={json.dumps(value)}" for name, value in values.items() if is_place(name))
+
+    def load(self, values: Mapping[str, Value]) -> Problem:
+        """The campaign with these values. CampaignError where it refuses them together."""
+        return load(self.source, (*self.overrides, *self.assignments(values)))
+
+    def of_search(self, path: Path, *more: str) -> Space:
+        """The same, of another file with the same text, and with further overrides: nobody edits the copy in a folder."""
+        given, overrides = read(path), (*self.overrides, *more)
+        return replace(self, source=given, overrides=overrides, problem=load(given, overrides))
+
+    @cached_property
+    def own(self) -> dict[str, Value]:
+        """The campaign's own values, as far as they are fixed."""
+        found = {name: value_of(self.problem, name) for name in self.parameters if is_place(name)}
+        return {name: value for name, value in found.items() if value is not None}
+
+    @property
+    def start(self) -> NDArray[np.float64] | None:
+        """The point with the campaign's own values, in the middle where it has none; None where one is outside of its range."""
+        point = [0.5] * len(self.free)
+        for index, (name, one) in enumerate(self.free.items()):
+            if name in self.own:
+                inside = one.coordinate(self.own[name])
+                if inside is None:
+                    return None
+                point[index] = inside
+        return np.array(point)
+
+    def _refused(self) -> list[Finding]:
+        """Ends of ranges that the campaign does not accept, said at the range."""
+        found: dict[tuple[str, str], Finding] = {}
+        middle = np.full(len(self.free), 0.5) if self.start is None else self.start
+        for index, (name, one) in enumerate(self.free.items()):
+            count = one.levels if one.levels and not one.ordered else ENDS
+            for u in (np.arange(count) + 0.5) / count if one.levels else (0.0, 1.0):
+                point = middle.copy()
+                point[index] = u
+                values = self.values(point)
+                try:
+                    self.load(values)
+                except CampaignError as error:
+                    for said in (self._said(finding, name, values) for finding in error.findings):
+                        found.setdefault((said.path, said.accepted), said)
+        return list(found.values())
+
+    def _said(self, finding: Finding, name: str, values: Mapping[str, Value]) -> Finding:
+        """A finding about a candidate as one about the parameter that varies, or the one that is tied to it."""
+        other = next((tied for tied in values if finding.path.startswith(tied)), name)
+        place = ("tune", "parameters", other)
+        where = self.problem.spec.source.where(place, key=True)
+        said = f"{other}={values[other]}: " if is_place(other) else ""
+        about = f"{finding.path}: " if finding.path and finding.path != other else ""
+        return replace(finding, where=where, path=".".join(place), found=f"{said}{about}{finding.found}")
+
+
+def is_place(name: str) -> bool:
+    """Whether a parameter is a place of the campaign; else it is a name of its own, for ties."""
+    return "." in name
+
+
+ASIDE = (
+    *("audit", "baselines", "correlate", "description", "epistemic", "keep", "name", "precision", "require", "rvjax"),
+    *("sampler", "tune"),
+)
+"""Parts of a campaign that no flight of a candidate depends on, or that all candidates have in common."""
+
+
+def _aside(problem: Problem, parameters: Mapping[str, Parameter]) -> list[Finding]:
+    """Places that nothing flies with, or that decide who is compared with whom."""
+    lost = [name for name in parameters if is_place(name) and name.partition(".")[0] in ASIDE]
+    accepted = "accepted: what a flight depends on, such as controller.gains.k1"
+    place, source = ("tune", "parameters"), problem.spec.source
+    return [source.finding((*place, name), f"{name} cannot be tuned", accepted, key=True) for name in lost]
+
+
+def _fixed(problem: Problem, parameters: Mapping[str, Parameter]) -> tuple[dict[str, float], list[Finding]]:
+    """The numbers of the campaign that ties name."""
+    source, found = problem.spec.source, dict[str, float]()
+    findings: list[Finding] = []
+    for name, one in parameters.items():
+        for index, factor in enumerate(one.factors if isinstance(one, Product) else ()):
+            if not isinstance(factor, str) or factor in parameters:
+                continue
+            value = value_of(problem, factor)
+            if is_number(value):
+                found[factor] = value
+            else:
+                accepted = "accepted: another parameter, a number, or a place with a fixed number"
+                place = ("tune", "parameters", name, "product", index)
+                findings.append(source.finding(place, f"{factor} is no fixed number of the campaign", accepted))
+    return found, findings
+
+
+def _unused(problem: Problem, parameters: Mapping[str, Parameter]) -> list[Finding]:
+    """Names of their own that nothing is tied to."""
+    used = {factor for one in parameters.values() if isinstance(one, Product) for factor in one.factors}
+    lost = [name for name in parameters if not is_place(name) and name not in used]
+    accepted = "accepted: a place such as controller.gains.k1, or a name that a product has as a factor"
+    place = ("tune", "parameters")
+    return [
+        problem.spec.source.finding((*place, name), f"{name} is no place and nothing is tied to it", accepted, key=True)
+        for name in lost
+    ]
+
+
+def value_of(problem: Problem, place: str) -> Value | None:
+    """What a campaign has at a place, said or by default, in the unit of the key; None where that is no plain value, or drawn."""
+    source = problem.spec.source.value
+    known, value = value_at(source, place)
+    if known:
+        return value if isinstance(value, int | float | str) else None
+    first, *steps = place.split(".")
+    if first not in FAMILY_OF:
+        return _default(problem.spec, [first, *steps])
+    if first != "controller":
+        return None
+    own = problem.spec.controller
+    return _default(component(FAMILY_OF[first], own.use).parameters.model_validate(dict(own.parameters)), steps)
+
+
+def _default(model: Any, steps: Sequence[str]) -> Value | None:
+    for step in steps:
+        names = {info.alias or name: name for name, info in type(model).model_fields.items()} if isinstance(model, Model) else {}
+        if step not in names:
+            return None
+        holder, field = model, names[step]
+        model = getattr(model, field)
+        about = declared(type(holder).model_fields[field])
+        factor = about.factor if about is not None else 1.0
+        if isinstance(model, Quantity):
+            return model.parts[0].low / factor if model.shape == "scalar" and isinstance(model.parts[0], Fixed) else None
+        if is_number(model):
+            return model / factor if about is not None else model
+    return model if isinstance(model, str | bool) else None

@@ -1,0 +1,325 @@
+"""Tuning: a campaign with a section `tune` becomes a folder with the search, the best campaign, and its confirmation.
+
+    campaign ─space→ candidates ─races on common draws→ the best ─`run` on fresh draws→ tuned/, and the campaign as it is → own/
+
+A search is a function of its campaign and its seeds: what the folder has is not flown again, so one that was stopped goes on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import rankdata
+
+from rvjax.analysis.verdicts.folders import SEARCH
+from rvjax.campaign import Spec, validate
+from rvjax.campaign.distribution_notation import did_you_mean
+from rvjax.campaign.plain_values import describe
+from rvjax.campaign.tuning import Tuning
+from rvjax.campaign.tuning_parameters import Log, is_free
+from rvjax.components.registry import component, members
+from rvjax.components.samplers import basis_of
+from rvjax.components.search_methods.interface import Method, Task
+from rvjax.errors import CampaignError, Finding, FolderError
+from rvjax.execution import run
+from rvjax.execution.identity import identity, provenance, short, source_digest
+from rvjax.run_folder import CAMPAIGN, RunFolder, tuning_record
+from rvjax.run_folder.manifest import NAME as MANIFEST
+from rvjax.run_folder.tuning_record import Axis, Cost, Measured, Row, Searched, Sensitivity
+from rvjax.search.tuning.candidate_flights import Flights
+from rvjax.search.tuning.confirm import confirm
+from rvjax.search.tuning.evaluation import OWN, Search
+from rvjax.search.tuning.exports import best_campaign, candidates_table
+from rvjax.search.tuning.gradients import Slopes
+from rvjax.search.tuning.objective import Judge, Measure
+from rvjax.search.tuning.space import Space
+from rvjax.simulation import jax_config
+from rvjax.simulation.batch import LANES
+from rvjax.simulation.problem import load
+from rvjax.simulation.requirement_checks import counted
+from rvjax.stats import explained
+from rvjax.stats.sampling_design import Independent
+
+PROPOSING: Mapping[str, tuple[str, ...]] = {"cma-es": ("cmaes",), "tpe": ("optuna",), "nsga": ("optuna",)}
+"""Packages whose version may change what is proposed."""
+
+SEED = 20181
+"""Of permutations and bootstraps."""
+
+
+def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tuning, Method[Any], Any]:
+    """The space, the section, the method and its parameters. CampaignError with every finding."""
+    space, tuning = Space.of(path, overrides)
+    source, findings = space.problem.spec.source, []
+    if not isinstance(basis := basis_of(space.problem.spec), Independent):
+        accepted = "accepted: sampler: {use: monte-carlo}, without which nothing is confirmed"
+        findings.append(source.finding(("sampler",), basis.sentence, accepted))
+    method, parameters = None, None
+    known, use = members("searches"), tuning.method.use
+    if use not in known:
+        findings.append(source.finding(("tune", "method", "use"), f"{describe(use)} is not known here", did_you_mean(use, known)))
+    else:
+        method = component("searches", use)
+        parameters, more = validate(method.parameters, dict(tuning.method.parameters), ("tune", "method"), source)
+        findings += more
+        if method.gradient:
+            findings += Slopes.findings(space.problem, tuning)
+        if tuning.goal == "pareto" and not method.several and len(tuning.objective) > 1:
+            several = ", ".join(name for name in known if component("searches", name).several)
+            accepted = f"accepted: {several}; or another goal"
+            findings.append(source.finding(("tune", "method"), f"{use} follows one objective, the goal is pareto", accepted))
+    measures = [Measure.of(one, _columns(space)) for one in tuning.objective]
+    for index, measure in enumerate(measures):
+        if measure.needs_sense(_columns(space)):
+            accepted = "accepted: sense: smallest, or sense: largest"
+            findings.append(
+                source.finding(("tune", "objective", index), f"of {measure.objective.metric} neither is better", accepted)
+            )
+    findings += _confirmable(path, overrides, space.problem.spec)
+    if findings:
+        raise CampaignError(dict.fromkeys(findings))
+    assert method is not None, "or there are findings"
+    return space, tuning, method, parameters
+
+
+def _confirmable(path: str | Path, overrides: Sequence[str], spec: Spec) -> list[Finding]:
+    """What the campaign would say against the samples of the confirmation."""
+    assert spec.tune is not None
+    try:
+        load(path, [*overrides, *_fresh_draws(spec)])
+    except CampaignError as error:
+        where = spec.source.where(("tune", "confirm", "samples"))
+        return [replace(one, where=where, path=f"tune.confirm.samples: {one.path}") for one in error.findings]
+    return []
+
+
+def _fresh_draws(spec: Spec) -> list[str]:
+    """Overrides that make a campaign the one that confirms."""
+    return [f"samples={_samples(spec)}", f"seed={_fresh(spec)}", "baselines=[]", "tune=null"]
+
+
+def plan(spec: Spec) -> str:
+    """What a tuning is going to do, in words."""
+    tuning = spec.tune
+    assert tuning is not None, "there is something to tune"
+    free = sum(map(is_free, tuning.parameters.values()))
+    budget = [f"{value:,.6g} {name}" for name, value in tuning.budget.model_dump().items() if value is not None]
+    sizes = " → ".join(f"{size:,}" for size in tuning.rounds)
+    return (
+        f"{free} {'value' if free == 1 else 'values'} by {tuning.method.use}, {' or '.join(budget)}; races of {sizes} samples; "
+        f"confirmed on {_samples(spec):,} fresh draws"
+    )
+
+
+def _columns(space: Space) -> Mapping[str, Any]:
+    return {f"metric.{name}": column for name, column in space.problem.metric_columns.items()}
+
+
+def tune(
+    path: str | Path,
+    out: str | Path | None = None,
+    overrides: Sequence[str] = (),
+    told: Callable[[str], None] = lambda _: None,
+    progress: run.Progress | None = None,
+    command: Sequence[str] = (),
+    opened: Callable[[Path], None] = lambda _: None,
+) -> tuple[Path, Searched]:
+    """Searches the parameters of a campaign, confirms what it finds on fresh draws and writes the report; returns the folder and
+    what was found.
+
+    told: called with a line for each batch. opened: called with the folder once it is there. Others as in `run`.
+
+    Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another search.
+    """
+    first, tuning, method, parameters = prepare(path, overrides)
+    jax_config.configure(first.problem.spec.precision)
+    spec = first.problem.spec
+    seed = spec.seed + 1 if tuning.seed is None else tuning.seed
+    measures = [Measure.of(one, _columns(first)) for one in tuning.objective]
+    judge = Judge(spec.require, measures, tuning.goal, _samples(spec))
+    mine = _identity(first, tuning, seed)
+    place = Path(out) if out is not None else Path("reports") / spec.name / f"tune-{short(mine)}"
+    before = RunFolder.open(place) if (place / MANIFEST).exists() else None
+    described = (mine, provenance(command, overrides), spec.source.text)
+    inputs = spec.source.inputs
+    if before is not None:
+        folder = RunFolder.resume(place, *described, before.requested, spec.name, LANES, inputs)
+    else:
+        folder = RunFolder.create(place, *described, LANES, spec.name, inputs)
+    opened(place)
+    try:
+        done = tuning_record.read(place)
+    except FolderError:  # it is made again
+        done = None
+    with folder:
+        seeds = (f"seed={seed}", f"tune.seed={seed}", f"tune.confirm.seed={_fresh(spec)}")
+        space = first.of_search(place / CAMPAIGN, *seeds)
+        names = [*_columns(space), *(f"draw.{name}" for name in (*space.problem.dispersions.columns, *counted(spec)))]
+        most = float("inf") if tuning.budget.flights is None else tuning.budget.flights
+        flights = Flights(space, folder, judge.columns(names), most)
+        slopes = Slopes(space, tuning, flights) if method.gradient else None
+        stop_at = done.cost.lanes if done is not None and tuning.budget.minutes is not None else None
+        search = Search(tuning, flights, judge, told, slopes, stop_at)
+        task = Task(space.axes, seed, space.start, tuning.budget.candidates, judge.objectives)
+        search.run(method.build(parameters), task)
+        found = _found(space, spec, tuning, search, seed)
+        text = best_campaign(spec, space, flights.candidates[search.best].values if search.best != OWN else {}, overrides)
+        folder.write_text(tuning_record.BEST, text)
+        folder.write_bytes(tuning_record.NAME, found.encode())
+        folder.seal()  # from here on the search is over, whatever happens to the confirmation
+        told(f"confirming on {_samples(spec)} fresh draws")
+        found = found.model_copy(update={"confirmation": _confirmed(place, overrides, spec, search, progress, command)})
+        folder.write_text(tuning_record.TABLE, candidates_table(found))
+        folder.write_bytes(tuning_record.NAME, found.encode())
+        from rvjax.report import tuning_report as report  # plotting takes a second to import
+
+        report.write(folder, found)
+    return place, found
+
+
+def _fresh(spec: Spec) -> int:
+    """The seed of the confirmation."""
+    assert spec.tune is not None
+    return spec.seed if spec.tune.confirm.seed is None else spec.tune.confirm.seed
+
+
+def _samples(spec: Spec) -> int:
+    assert spec.tune is not None
+    return spec.samples if spec.tune.confirm.samples is None else spec.tune.confirm.samples
+
+
+def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
+    """Everything that decides what a search does."""
+    spec = space.problem.spec
+    said = tuning.model_dump(mode="json", exclude={"confirm", "parameters", "method"})
+    said["parameters"] = {name: repr(one) for name, one in tuning.parameters.items()}
+    said["method"] = {"use": tuning.method.use, **tuning.method.parameters}
+    said["require"] = [one.model_dump(mode="json") for one in spec.require]
+    said["fresh"] = _samples(spec)  # decides which shares are needed
+    said["packages"] = {name: version(name) for name in PROPOSING.get(tuning.method.use, ())}
+    text = json.dumps(said, sort_keys=True, default=repr)
+    mine = identity(space.problem) | {"seed": seed}
+    return mine | {
+        SEARCH: hashlib.sha256(text.encode()).hexdigest(),
+        "search": source_digest(("analysis", "components", "search", "stats")),
+    }
+
+
+def _confirmed(
+    place: Path,
+    overrides: Sequence[str],
+    spec: Spec,
+    search: Search,
+    progress: run.Progress | None,
+    command: Sequence[str],
+) -> Any:
+    """Flies the winner and the campaign as it is on fresh draws, and judges them."""
+    tuning = search.tuning
+    run.run(place / tuning_record.BEST, place / tuning_record.TUNED, ["baselines=[]"], progress, command)
+    run.run(place / CAMPAIGN, place / tuning_record.OWN, [*overrides, *_fresh_draws(spec)], progress, command)
+    samples = np.arange(search.standings[search.best].samples, dtype=np.int64)
+    table = search.flights.table(search.best, samples)
+    seen = [*search.judge.values(table), search.judge.score(table).objectives[0]]
+    from rvjax.analysis.verdicts import campaign_of
+
+    own = campaign_of(RunFolder.open(place / tuning_record.OWN))
+    return confirm(place / tuning_record.TUNED, place / tuning_record.OWN, own, search.judge, seen, tuning.confirm.confidence)
+
+
+def _found(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int) -> Searched:
+    flights, judge = search.flights, search.judge
+    rows: list[Row] = []
+    sizes = tuning.rounds
+    for one, standing in search.standings.items():
+        candidate = flights.candidates[one]
+        flown = standing.samples > 0
+        table = flights.table(one, np.arange(standing.samples, dtype=np.int64)) if flown else None
+        early = flights.table(one, np.arange(sizes[0], dtype=np.int64)) if flown else None
+        rows.append(
+            Row(
+                candidate=one,
+                batch=search.batch_of[one],
+                u=[] if candidate.point is None else [float(u) for u in candidate.point],
+                values=candidate.values,
+                round=standing.round,
+                samples=standing.samples,
+                left=standing.left,
+                violation=standing.score.violation,
+                objectives=[] if table is None else list(judge.values(table)),
+                score=list(standing.score.objectives),
+                first=[] if early is None else list(judge.score(early).objectives),
+            )
+        )
+    best = flights.candidates[search.best].values
+    return Searched(
+        name=spec.name,
+        description=spec.description,
+        method=tuning.method.use,
+        goal=tuning.goal,
+        seed=seed,
+        requirements=len(spec.require),
+        parameters=[
+            Axis(
+                name=name,
+                range=str(one),
+                free=is_free(one),
+                scale="log" if isinstance(one, Log) else "levels" if is_free(one) and one.levels else "linear",
+                own=space.own.get(name),
+                best=best.get(name),
+            )
+            for name, one in tuning.parameters.items()
+        ],
+        start=[] if space.start is None else [float(u) for u in space.start],
+        objectives=[_measured(measure) for measure in judge.measures],
+        rows=rows,
+        best=search.best,
+        front=search.front() if tuning.goal == "pareto" else [],
+        sensitivity=_sensitivity(space, rows),
+        cost=_cost(search),
+        confirmation=None,
+    )
+
+
+def _measured(measure: Measure) -> Measured:
+    one = measure.objective
+    large = measure.largest or one.probability
+    return Measured(text=str(measure), unit=measure.unit, largest=large, share=one.probability, weight=one.weight)
+
+
+def _sensitivity(space: Space, rows: Sequence[Row]) -> list[Sensitivity]:
+    """Of the ranks of the first objective after the first round, which all candidates have flown."""
+    known = [row for row in rows if row.u and row.first]
+    if len(known) < 8:
+        return []
+    y = rankdata([row.first[0] for row in known])
+    generator = np.random.default_rng(SEED)
+    found: list[Sensitivity] = []
+    for index, name in enumerate(space.free):
+        part = explained([row.u[index] for row in known], y, rng=generator)
+        interval = tuning_record.Interval(value=part.share.value, low=part.share.low, high=part.share.high)
+        found.append(Sensitivity(name=name, share=interval, p=part.p))
+    return found
+
+
+def _cost(search: Search) -> Cost:
+    flights, sizes = search.flights, search.tuning.rounds
+    own = len(flights.samples(OWN))
+    flew = [one for one, standing in search.standings.items() if one != OWN and standing.samples]
+    return Cost(
+        flights=flights.flights,
+        own=own,
+        full=len(flew) * sizes[-1],
+        lanes=flights.lanes,
+        programs=flights.programs,
+        sizes=list(sizes),
+        begun=[one.begun for one in search.rounds],
+        by_test=[one.by_test for one in search.rounds],
+        by_halving=[one.by_halving for one in search.rounds],
+    )

@@ -1,0 +1,240 @@
+"""Draws: the numbers of given samples, from the quantities of a problem.
+
+    Problem, samples ─draw→ columns `draw.<path>` (what the table shows) and `Drawn` (what flies)
+
+A component of a quantity is drawn from the stream of its own name, a joint distribution from the stream of the quantity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.campaign import Quantity
+from rvjax.campaign.actuators import Thrusters
+from rvjax.campaign.schedule import Schedule
+from rvjax.columns import Column
+from rvjax.components.metrics.interface import Rules
+from rvjax.components.samplers.interface import Points
+from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.state import Motion, Numbers, Plant, TargetMotion
+from rvjax.physics.vectors import Channels, Thrusts, Vector, inverse, rotate, rotation
+from rvjax.simulation.closed_loop import Drawn
+from rvjax.simulation.inertia import bodies
+from rvjax.simulation.problem import NEVER, Part, Problem
+from rvjax.stats.random_streams import uniforms
+
+Values = NDArray[np.float64]
+
+FAR = 2.0**-40
+"""A moved uniform number is this far from the end that its own one is not near: another value of every law."""
+
+
+@dataclass
+class Draws:
+    """Draws quantities for some samples and keeps, by name, what was drawn. Fixed numbers are not kept.
+
+    points: what decides the draws of the samples; seed: of the noise in flight; meanings: of every draw with a law, by name.
+    moved: for some streams, by name, (samples,) whether a sample takes other numbers than its own from it; those of all other
+    streams stay. streams: the columns that each stream led to, in the order in which they were drawn.
+    """
+
+    points: Points
+    samples: NDArray[np.int64]
+    seed: int
+    meanings: Mapping[str, Column] = field(default_factory=dict[str, Column])
+    moved: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict[str, NDArray[np.bool_]])
+    values: dict[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
+    columns: dict[str, Column] = field(default_factory=dict[str, Column])
+    streams: dict[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+
+    def block(self, name: str, count: int, *columns: str) -> Values:
+        """(samples, count) uniform numbers of the stream `name`, which leads to these columns."""
+        return self._moved(name, self.points.uniforms(name, count), columns)
+
+    def _moved(self, name: str, own: Values, columns: tuple[str, ...]) -> Values:
+        self.streams[name] = columns
+        if name not in self.moved:
+            return own
+        return np.where(self.moved[name][:, None], np.where(own < 0.5, 1.0 - FAR, FAR), own)
+
+    def parts(self, name: str, quantity: Quantity) -> tuple[Values, ...]:
+        """The components of a quantity, each of shape (samples,), in SI."""
+        names = quantity.names(name)
+
+        def numbers(stream: str, count: int) -> Values:
+            return self.block(stream, count, *(names if quantity.joint is not None else (stream,)))
+
+        drawn = quantity.draw(name, numbers, len(self.samples))
+        drawn = tuple(
+            self.said(own, name if quantity.joint is not None else own, values) for own, values in zip(names, drawn, strict=True)
+        )
+        varies = [part.uniforms > 0 for part in quantity.parts] or [True] * len(drawn)
+        for own, random, values in zip(names, varies, drawn, strict=True):
+            if random:
+                self.keep(own, values, quantity.unit, quantity.doc)
+        return drawn
+
+    def said(self, name: str, stream: str, values: Values) -> Values:
+        """The values of a draw that the sampler says, but for samples whose numbers are moved; else those that are drawn."""
+        given = self.points.given(name)
+        if given is None:
+            return values
+        return np.where(self.moved[stream], values, given) if stream in self.moved else given
+
+    def take(self, name: str, quantity: Quantity) -> Any:
+        """A quantity as the number, Vector, Channels or Thrusts that flies."""
+        drawn = self.parts(name, quantity)
+        if quantity.shape == "scalar":
+            return drawn[0]
+        if quantity.shape == "thrusters":
+            return Thrusts(drawn)
+        return Vector(*drawn) if quantity.shape == "vector" else Channels.of(drawn)
+
+    def same(self, value: float) -> Values:
+        """One number for every sample."""
+        return np.full(len(self.samples), value, dtype=np.float64)
+
+    def numbers(self, part: Part, below: str = "") -> Numbers:
+        """The numbers of a component; below: the part of it under this name only (`gains`)."""
+        prefix = f"{below}." if below else ""
+        given = part.quantities.items()
+        values = {name.removeprefix(prefix): self.take(f"{part.prefix}.{name}", quantity) for name, quantity in given}
+        if part.schedule is not None:
+            values["onset_s"] = self.scheduled(part, part.schedule, values["onset_s"])
+        return Numbers(values | ({"noise": self.key(f"{part.prefix}.noise")} if part.noisy else {}))
+
+    def uniform(self, name: str) -> Values:
+        """(samples,) uniform numbers of the stream `name`."""
+        return self.block(name, 1)[:, 0]
+
+    def key(self, name: str) -> tuple[Values, ...]:
+        """A random key for every sample: four whole numbers of 16 bits, which float32 holds exactly as well."""
+        return tuple(np.floor(self._moved(name, uniforms(self.seed, name, self.samples), ()) * 65536.0).T)
+
+    def scheduled(self, part: Part, schedule: Schedule, onset: Channels | Thrusts) -> Channels | Thrusts:
+        """The onsets of those channels or thrusters that fail in each sample, +∞ for the others; what flies is what is kept."""
+        quantity, name = part.quantities["onset_s"], f"{part.prefix}.onset_s"
+        rows = list(zip(quantity.components, onset.parts(), quantity.parts, strict=True))
+        able = {channel: values for channel, values, law in rows if law != NEVER}
+        own = f"{part.prefix}.schedule"
+        starts = schedule.arrange(
+            able, lambda what, count: self.take(f"{own}.{what}", count), lambda what: self.uniform(f"{own}.{what}")
+        )
+        for channel, values in starts.items():
+            self.keep(f"{name}.{channel}", values, quantity.unit, f"{quantity.doc}; inf: never")
+        self.keep(
+            f"{own}.failing", np.sum([np.isfinite(x) for x in starts.values()], axis=0, dtype=float), "1", "channels that fail"
+        )
+        return onset.like(tuple(starts.get(channel, values) for channel, values, _ in rows))
+
+    def keep(self, name: str, values: Values, unit: str, doc: str) -> None:
+        """Makes it a column of the table."""
+        self.values[name] = values
+        known = self.meanings.get(name, Column(name, unit, doc))
+        self.columns[name] = Column(f"draw.{name}", unit, doc, kind=known.kind, law=known.law)
+
+    @classmethod
+    def of(
+        cls, problem: Problem, samples: NDArray[np.int64], moved: Mapping[str, NDArray[np.bool_]] | None = None
+    ) -> tuple[Self, Drawn]:
+        """Everything about the given samples: the draws by name, and what flies."""
+        points, rejected = problem.dispersions.at(samples)
+        draws = cls(points, samples, problem.spec.seed, problem.dispersions.columns, moved or {})
+        drawn = _drawn(problem, draws)
+        for name, counts in rejected.items():
+            draws.values[name] = counts
+            draws.columns[name] = problem.dispersions.columns[name]
+        return draws, drawn
+
+
+def _drawn(problem: Problem, draws: Draws) -> Drawn:
+    spec = problem.spec
+    start = spec.start
+    upper = draws.take("actuators.upper", spec.actuators.upper)
+    lower = draws.take("actuators.lower", spec.actuators.lower)
+    port = draws.take("target.port_m", spec.target.port_m)
+    inertia, target_inertia = (body.drawn(draws.parts) for body in bodies(spec))
+    faults = tuple(draws.numbers(part) for part in problem.faults)
+    return Drawn(
+        plant=Plant(
+            mass=draws.take("pursuer.mass_kg", spec.pursuer.mass_kg),
+            inertia=inertia,
+            inertia_inverse=inverse(inertia),
+            **_true_limits(problem, draws, upper, lower),
+            target_inertia=target_inertia,
+            target_inertia_inverse=inverse(target_inertia),
+            port=port,
+            centre=draws.take("pursuer.centre_of_mass_m", spec.pursuer.centre_of_mass_m),
+        ),
+        motion=Motion(
+            draws.take("start.rho_m", start.rho_m),
+            draws.take("start.nu_m_s", start.nu_m_s),
+            draws.take("start.sigma", start.sigma),
+            draws.take("start.omega_rad_s", start.omega_rad_s),
+        ),
+        target=_target(problem, draws),
+        upper=upper,
+        lower=lower,
+        faults=faults,
+        disturbances=tuple(draws.numbers(part) for part in problem.disturbances),
+        navigation=tuple(draws.numbers(part) for part in problem.navigation),
+        gains=draws.numbers(problem.controller, below="gains"),
+        rules=_rules(problem, draws, port, faults),
+    )
+
+
+def _true_limits(problem: Problem, draws: Draws, upper: Channels, lower: Channels) -> dict[str, Any]:
+    """The limits with their spread. With thrusters it is their largest thrusts that are spread, not the limits."""
+    actuators = problem.spec.actuators
+    spread = {name: draws.take(name, own) for name, own in actuators.quantities("actuators").items() if "spread" in name}
+    if isinstance(actuators, Thrusters):
+        nominal = Thrusts(tuple(map(draws.same, actuators.geometry.most)))
+        return {"upper": upper, "lower": lower, "thrust": nominal * spread["actuators.spread"]}
+    return {"upper": upper * spread["actuators.spread.upper"], "lower": lower * spread["actuators.spread.lower"]}
+
+
+def _target(problem: Problem, draws: Draws) -> TargetMotion:
+    """The target at t = 0, resolved in T, from Kepler elements in the perifocal frame.
+
+    r = p/(1 + e cos θ) (cos θ, sin θ, 0),   v = √(μ/p) (−sin θ, e + cos θ, 0),   p = a(1 − e²)
+    """
+    target = problem.spec.target
+    eccentricity = draws.take("target.orbit.eccentricity", target.orbit.eccentricity)
+    axis = draws.take("target.orbit.semi_major_axis_m", target.orbit.semi_major_axis_m)
+    anomaly = draws.take("target.orbit.true_anomaly_rad", target.orbit.true_anomaly_rad)
+    turn = rotation(draws.take("target.attitude_mrp", target.attitude_mrp))
+    parameter = axis * (1.0 - eccentricity**2)
+    cos, sin, zero = np.cos(anomaly), np.sin(anomaly), draws.same(0.0)
+    distance, speed = parameter / (1.0 + eccentricity * cos), np.sqrt(MU_EARTH / parameter)
+    return TargetMotion(
+        r=rotate(turn, Vector(distance * cos, distance * sin, zero)),
+        v=rotate(turn, Vector(-speed * sin, speed * (eccentricity + cos), zero)),
+        w=draws.take("target.rate_rad_s", target.rate_rad_s),
+    )
+
+
+def _rules(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, ...]) -> Rules:
+    """What the metrics measure against. Without a docking axis (δ = 0) nothing is outside the approach cone."""
+    spec = problem.spec
+    duration = spec.horizon.duration_s
+    last = draws.same(-np.inf)
+    for fault in faults:
+        for onset in fault.onset_s.parts():
+            last = np.where(onset <= duration, np.maximum(last, onset), last)
+    length = np.sqrt(sum(part**2 for part in port.parts()))
+    return Rules(
+        tube_m=draws.same(spec.capture.position_m),
+        tube_mrp=draws.same(spec.capture.attitude_mrp),
+        window_start_s=draws.same(duration - spec.capture.window_s),
+        duration_s=draws.same(duration),
+        last_onset_s=last,
+        cone=np.where(length > 0.0, np.cos(spec.corridor.half_angle_rad), -2.0),
+        axis=port / np.where(length > 0.0, length, 1.0),
+        step_s=draws.same(spec.horizon.step_s),
+        margins=tuple(map(draws.same, problem.margins)),
+    )

@@ -1,0 +1,91 @@
+"""Bodies: the inertia that flies, from the quantities of a campaign.
+
+    J_O = T diag(J₁, J₂, J₃) Tᵀ  or  [Jxx Jxy Jxz; …],      J_C = J_O − m (|c|² I − c cᵀ)
+
+O: reference point of the body, C: its centre of mass, c: from O to C, m: mass; all of one sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.campaign import Quantity, Spec
+from rvjax.campaign.inertia import MatrixInertia, PrincipalInertia
+from rvjax.campaign.inertia_validity import about_centre, physical
+from rvjax.physics.vectors import Symmetric, Vector, rotation
+
+Values = NDArray[np.float64]
+Parts = Callable[[str, Quantity], tuple[Values, ...]]
+"""The components of a quantity, each of shape (samples,), by its name."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """path: of its inertia; mass, centre: of those that move J, by name; none where the centre of mass is the reference point."""
+
+    path: str
+    inertia: PrincipalInertia | MatrixInertia
+    beside: Mapping[str, Quantity]
+
+    @property
+    def quantities(self) -> dict[str, Quantity]:
+        """Everything that decides the inertia about the centre of mass, by name."""
+        return {**self.inertia.quantities(self.path), **self.beside}
+
+    def entries(self, parts: Parts) -> tuple[Any, ...]:
+        """J_C."""
+        entries = self._about_reference(parts)
+        if self.beside:
+            (mass,), centre = (parts(name, quantity) for name, quantity in self.beside.items())
+            entries = about_centre(entries, mass, (centre[0], centre[1], centre[2]))
+        return entries
+
+    def drawn(self, parts: Parts) -> Symmetric:
+        """J_C as it flies."""
+        return Symmetric(*self.entries(parts))
+
+    def exists(self, parts: Parts) -> NDArray[np.bool_]:
+        """(samples,) whether there is such a body."""
+        return physical(self.entries(parts))
+
+    def _about_reference(self, parts: Parts) -> Any:
+        """J_O."""
+        inertia, name = self.inertia, self.path
+        if isinstance(inertia, MatrixInertia):
+            return (*parts(f"{name}.moments", inertia.moments), *parts(f"{name}.products", inertia.products))
+        moments = parts(f"{name}.principal", inertia.principal)
+        sigma = self._turn(inertia, parts)
+        if sigma is None:
+            return (*moments, *(np.zeros_like(moments[0]),) * 3)
+        turn = rotation(sigma)
+        rows = [turn.a, turn.b, turn.c]
+
+        def entry(i: int, j: int) -> Values:
+            return np.sum([m * p * q for m, p, q in zip(moments, rows[i].parts(), rows[j].parts(), strict=True)], axis=0)
+
+        return tuple(entry(i, j) for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)))
+
+    def _turn(self, inertia: PrincipalInertia, parts: Parts) -> Vector | None:
+        """MRP of the principal axes; None where they are the body axes."""
+        if inertia.attitude is not None:
+            return Vector(*parts(f"{self.path}.rotation", inertia.attitude))
+        if inertia.axis is None:
+            return None
+        (tilt,) = parts(f"{self.path}.tilt_rad", inertia.tilt_rad)
+        return Vector(*parts(f"{self.path}.axis", inertia.axis)) * np.tan(0.25 * tilt)
+
+
+def bodies(spec: Spec) -> tuple[Body, Body]:
+    """The pursuer and the target."""
+    pursuer = spec.pursuer
+    beside = {"pursuer.mass_kg": pursuer.mass_kg, "pursuer.centre_of_mass_m": pursuer.centre_of_mass_m}
+    moved = pursuer.centre_of_mass_m.largest_norm > 0.0
+    return (
+        Body("pursuer.inertia_kgm2", pursuer.inertia_kgm2, beside if moved else {}),
+        Body("target.inertia_kgm2", spec.target.inertia_kgm2, {}),
+    )

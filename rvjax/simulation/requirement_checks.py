@@ -1,0 +1,78 @@
+"""What a campaign requires that its samples could never show: found when it is loaded, before anything flies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+
+from rvjax.campaign import Requirement, Spec
+from rvjax.campaign.distribution_notation import did_you_mean
+from rvjax.campaign.formula import TimeShare
+from rvjax.columns import MARGIN
+from rvjax.errors import Finding
+from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper, log_e_fail, log_e_pass, log_ratio
+
+
+def findings(spec: Spec, draws: Collection[str]) -> list[Finding]:
+    """Classes by draws that there are not, and requirements that no outcome of all samples would decide. draws: their names."""
+    return [*_classes(spec, {*draws, *counted(spec)}), *_undecidable(spec), *_interpretations(spec)]
+
+
+def reach(requirement: Requirement, samples: int) -> tuple[bool, bool]:
+    """Whether so many samples can come to PASS, as they do best where all comply, and to FAIL, where none does."""
+    limit, confidence, n = requirement.limit, requirement.confidence, samples
+    if requirement.mean:
+        return True, True
+    if requirement.method == "fixed":
+        return clopper_pearson_lower(n, n, confidence) >= limit, clopper_pearson_upper(0, n, confidence) < limit
+    needed = -math.log(1.0 - confidence)
+    if requirement.method == "sequential":
+        return float(log_e_pass(n, 0, limit)) >= needed, float(log_e_fail(n, n, limit)) >= needed
+    best, worst = (float(log_ratio(n, failures, limit, requirement.design)) for failures in (0, n))
+    return best >= needed, -worst >= -math.log(1.0 - requirement.strength)
+
+
+def _classes(spec: Spec, names: Collection[str]) -> Iterator[Finding]:
+    for index, requirement in enumerate(spec.require):
+        for draw in requirement.where:
+            if draw not in names:
+                place = ("require", index, "where", draw)
+                yield spec.source.finding(
+                    place, f"{draw} is no draw of this campaign", did_you_mean(draw, sorted(names)), key=True
+                )
+
+
+def counted(spec: Spec) -> Iterator[str]:
+    """Columns of the table that count what was drawn: how many channels of a fault fail."""
+    for fault in spec.faults:
+        if "schedule" in fault.parameters:
+            yield f"{fault.prefix}.schedule.failing"
+
+
+def _undecidable(spec: Spec) -> Iterator[Finding]:
+    for index, requirement in enumerate(spec.require):
+        if not any(reach(requirement, spec.samples)):
+            found = f"neither PASS nor FAIL could come of {spec.samples} samples, whatever they do"
+            yield spec.source.finding(("require", index), found, "accepted: more samples, or a lower confidence")
+
+
+def _interpretations(spec: Spec) -> Iterator[Finding]:
+    """Interpretations (ECSS-E-ST-60-10C) that the form of a requirement does not have.
+
+    ensemble: a share of samples. temporal: a share of the samples has a share of time. mixed: the mean share of time.
+    """
+    shares = {f"{MARGIN}{name}" for name, formula in spec.margins.items() if isinstance(formula, TimeShare)}
+    for index, one in enumerate(spec.require):
+        of_time, shown = one.metric in shares, one.above is not None
+        forms = {
+            "ensemble": (not of_time and not one.mean, "a share or a quantile of a metric that is no share of time"),
+            "temporal": (of_time and shown and one.at_least is not None, "above and at_least of a margin that is a time_share"),
+            "mixed": (
+                of_time and shown and one.mean and one.range == (0.0, 1.0),
+                "mean: true, above and range: [0, 1] of a margin that is a time_share",
+            ),
+        }
+        if one.interpretation is not None and not forms[one.interpretation][0]:
+            found = f"this requirement has no {one.interpretation} interpretation"
+            place = ("require", index, "interpretation")
+            yield spec.source.finding(place, found, f"accepted: {forms[one.interpretation][1]}")

@@ -1,0 +1,166 @@
+"""Signals: every number of a flight that has a name, at one instant.
+
+The columns of the trace table (`recorded`), and numbers that follow from them (`derived`):
+
+    position_error_m       |ρ|                                distance from the docking point
+    attitude_error_deg     4 atan |σ|                         principal rotation angle from the target's frame
+    speed_m_s              |ν|                                velocity error
+    closing_speed_m_s      −d|ρ|/dt = −ρᵀν/|ρ|                toward the docking point, below 0 where the pursuer departs
+    rate_deg_s             |ω|                                angular rate relative to the target
+    share_fx … share_tz    |h(v)|/u_m                         commanded wrench as a share of the limit on its side
+    share_any              max of the six
+
+ρ̇ = ν − Ω×ρ, and Ω×ρ is normal to ρ. Symbols: `rvjax.physics.state`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+from rvjax.campaign import Quantity
+from rvjax.columns import AXES, CHANNELS, Column
+from rvjax.components.controllers.interface import WRENCH, Law
+from rvjax.physics.state import Motion, Numbers, Seen, Step, TargetMotion
+from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, dot, each, largest, norm
+
+
+@dataclass(frozen=True)
+class Signal:
+    """column: its name, unit and meaning. get: its value at one instant, of one sample or of arrays of them."""
+
+    column: Column
+    get: Callable[[Step], Scalar]
+
+
+def unit_of(channel: str) -> str:
+    """Of a wrench on a channel."""
+    return "N" if channel[0] == "f" else "N·m"
+
+
+def recorded(meanings: Mapping[str, Column], own: Mapping[str, Any], measured: bool, thrusters: int) -> dict[str, Signal]:
+    """The columns of a trace, by name and in their order; everything in SI, frames as in `rvjax.physics.state`.
+
+    meanings: of the controller's own signals; own: a value of each, which tells its components. measured: with the motion as it
+    is measured beside the true one. thrusters: how many fly.
+    """
+    found = [Signal(Column("t_s", "s", "time"), lambda step: step.t), *_motion(measured), *_wrenches()]
+    for i in range(thrusters):
+        column = Column(f"thrust_t{i + 1}_N", "N", f"thrust of t{i + 1} behind the faults")
+        found.append(Signal(column, lambda step, i=i: thrusts(step)[i]))
+    for name, meaning in meanings.items():
+        for suffix in _parts(own[name]):
+            unit = unit_of(suffix[1:]) if meaning.unit == WRENCH else meaning.unit
+            column = Column(f"ctl.{name}{suffix}", unit, f"{meaning.description}, a signal of the controller")
+            found.append(Signal(column, lambda step, name=name, suffix=suffix: _parts(step.report.signals[name])[suffix]))
+    return {signal.column.name: signal for signal in found}
+
+
+def _motion(measured: bool) -> list[Signal]:
+    vectors = {
+        "rho_{}_m": ("m", "pursuer minus docking point, in P", "rho", "motion.rho"),
+        "nu_{}_m_s": ("m/s", "difference of inertial velocities, in P", "nu", "motion.nu"),
+        "sigma_{}": ("1", "modified Rodrigues parameters of P with respect to T", "sigma", "motion.sigma"),
+        "omega_{}_rad_s": ("rad/s", "angular velocity of P relative to T, in P", "omega", "motion.omega"),
+        "target_r_{}_m": ("m", "inertial position of the target, resolved in T", "r_t", "target.r"),
+        "target_v_{}_m_s": ("m/s", "inertial velocity of the target, resolved in T", "v_t", "target.v"),
+        "target_w_{}_rad_s": ("rad/s", "inertial angular velocity of the target, in T", "w_t", "target.w"),
+    }
+    if measured:
+        vectors |= {
+            f"seen_{form}": (unit, f"as measured, {text}", symbol, place.replace("motion", "seen"))
+            for form, (unit, text, symbol, place) in vectors.items()
+            if place.startswith("motion")
+        }
+    return [
+        Signal(Column(form.format(axis), unit, f"{symbol}: {text}"), attrgetter(f"{place}.{axis}"))
+        for form, (unit, text, symbol, place) in vectors.items()
+        for axis in AXES
+    ]
+
+
+def _wrenches() -> list[Signal]:
+    wrenches: Mapping[str, tuple[str, Callable[[Step], Channels]]] = {
+        "cmd": ("commanded wrench h(v), in P", lambda step: step.commanded),
+        "applied": ("wrench behind the faults, before the disturbance, in P", lambda step: step.applied),
+        "dist": ("disturbance wrench, in P", lambda step: step.disturbance),
+        "ctl.v": ("command v before the saturation", lambda step: step.command),
+        "ctl.chi": ("Nussbaum argument", lambda step: step.report.chi),
+    }
+    return [
+        Signal(
+            Column(f"{form}_{channel}", "1" if form == "ctl.chi" else unit_of(channel), text),
+            lambda step, get=get, i=i: get(step).parts()[i],
+        )
+        for form, (text, get) in wrenches.items()
+        for i, channel in enumerate(CHANNELS)
+    ]
+
+
+def derived() -> dict[str, Signal]:
+    """Numbers that follow from those of a trace, by name."""
+    found = [
+        Signal(Column("position_error_m", "m", "distance from the docking point"), lambda step: norm(step.motion.rho)),
+        Signal(Column("attitude_error_deg", "deg", "rotation angle from the target frame"), _angle),
+        Signal(Column("speed_m_s", "m/s", "velocity error"), lambda step: norm(step.motion.nu)),
+        Signal(Column("closing_speed_m_s", "m/s", "speed toward the docking point"), _closing),
+        Signal(
+            Column("rate_deg_s", "deg/s", "angular rate relative to the target"),
+            lambda step: jnp.rad2deg(norm(step.motion.omega)),
+        ),
+    ]
+    for i, channel in enumerate(CHANNELS):
+        column = Column(f"share_{channel}", "1", f"commanded wrench as a share of its limit, channel {channel}")
+        found.append(Signal(column, lambda step, i=i: _shares(step).parts()[i]))
+    column = Column("share_any", "1", "commanded wrench as a share of its limit, worst channel")
+    found.append(Signal(column, lambda step: largest(_shares(step))))
+    return {signal.column.name: signal for signal in found}
+
+
+def _angle(step: Step) -> Scalar:
+    return jnp.rad2deg(4.0 * jnp.arctan(norm(step.motion.sigma)))
+
+
+def _closing(step: Step) -> Scalar:
+    """−ρᵀν/|ρ|; 0 at the docking point itself."""
+    distance = norm(step.motion.rho)
+    return -dot(step.motion.rho, step.motion.nu) / jnp.where(distance > 0.0, distance, 1.0)
+
+
+def _shares(step: Step) -> Channels:
+    def share(h: Scalar, upper: Scalar, lower: Scalar) -> Scalar:
+        return jnp.abs(h) / jnp.where(h >= 0.0, upper, lower)
+
+    return each(share, step.commanded, step.plant.upper, step.plant.lower)
+
+
+def reported(law: Law, gains: Mapping[str, Quantity]) -> Mapping[str, Any]:
+    """A controller's own signals, by name, without their numbers: it is traced, not run. gains: what it gets."""
+    one = jax.ShapeDtypeStruct((), jnp.float32)
+    vector = Vector(one, one, one)
+    channels = Channels(vector, vector)
+    motion = Motion(vector, vector, vector, vector)
+    seen = Seen(one, motion, TargetMotion(vector, vector, vector), vector, vector, channels, channels)
+    shapes = {"vector": vector, "channels": channels}
+    numbers = Numbers({name: shapes.get(gain.shape, one) for name, gain in gains.items()})
+
+    def signals(seen: Seen, numbers: Numbers) -> Mapping[str, Any]:
+        return law.respond(seen, law.start(seen, numbers), lambda v: (v, v), numbers).report.signals
+
+    return jax.eval_shape(signals, seen, numbers)
+
+
+def thrusts(step: Step) -> tuple[Any, ...]:
+    """Of each thruster [N]; none where no thrusters fly."""
+    return step.thrusts.parts() if isinstance(step.thrusts, Thrusts) else ()
+
+
+def _parts(value: Any) -> dict[str, Any]:
+    """The components of a controller's signal by the endings of their names."""
+    names = {Vector: AXES, Channels: CHANNELS, Symmetric: ("xx", "yy", "zz", "yz", "xz", "xy")}.get(type(value))
+    return {"": value} if names is None else {f"_{name}": part for name, part in zip(names, value.parts(), strict=True)}

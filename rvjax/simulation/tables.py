@@ -1,0 +1,90 @@
+"""Flights as tables: the samples table, the envelope table and the trace table of a run folder.
+
+Flights ─columns→ Table
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from rvjax.columns import CHANNELS, Column
+from rvjax.physics.state import Step
+from rvjax.simulation.batch import Flown
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.problem import Problem
+from rvjax.simulation.signals import recorded, thrusts, unit_of
+
+OUTCOME_TIME = Column("outcome_time_s", "s", "when the outcome was decided: last settling time, loss, or end of the flight")
+ENVELOPE = {
+    column.name: column
+    for column in (
+        Column("t_s", "s", "time"),
+        Column("rho_m", "m", "position error |rho|"),
+        Column("nu_m_s", "m/s", "velocity error |nu|"),
+        Column("sigma", "1", "attitude error |sigma|, modified Rodrigues parameters"),
+        Column("omega_rad_s", "rad/s", "angular rate relative to the target |omega|"),
+        *(Column(f"cmd_{name}", unit_of(name), f"commanded wrench, channel {name}") for name in CHANNELS),
+    )
+}
+
+
+def samples_table(problem: Problem, draws: Draws, flown: Flown, rows: slice) -> tuple[pd.DataFrame, dict[str, Column]]:
+    """One row per sample: outcome, draws and metrics; rows: which samples of the flown ones.
+
+    captured: both tubes held over the closing window. not_finite: a number of the state stopped being finite; its metrics are
+    NaN (captured: 0). not_settled: everything else.
+    """
+    came = outcomes(flown, problem.spec.horizon.duration_s)
+    frame = pd.DataFrame(
+        {"sample": draws.samples[rows], **{name: came[name][rows] for name in ("outcome", OUTCOME_TIME.name)}}
+        | {f"draw.{name}": array[rows] for name, array in draws.values.items()}
+        | {f"metric.{name}": came[f"metric.{name}"][rows] for name in problem.metric_columns}
+    )
+    columns = {OUTCOME_TIME.name: OUTCOME_TIME} | {f"draw.{name}": column for name, column in draws.columns.items()}
+    return frame, columns | {f"metric.{name}": column for name, column in problem.metric_columns.items()}
+
+
+def outcomes(flown: Flown, duration_s: float | NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    """The columns of the samples table that are no draws, as in `samples_table`, of every lane."""
+    values, finite = flown.values, np.isinf(flown.lost_s)
+    captured = values["captured"] > 0.5
+    settled = np.maximum(values["settling_time_s"], values["attitude_settling_time_s"])
+    lost = {name: 0.0 if name == "captured" else np.nan for name in values}
+    return {
+        "outcome": np.where(finite, np.where(captured, "captured", "not_settled"), "not_finite"),
+        OUTCOME_TIME.name: np.where(finite, np.where(captured, settled, duration_s), flown.lost_s),
+    } | {f"metric.{name}": np.where(finite, array, lost[name]) for name, array in values.items()}
+
+
+def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np.int64], rows: slice) -> pd.DataFrame:
+    """One row per sample and instant, sample by sample; columns: `ENVELOPE`."""
+    stacked = {
+        "rho_m": [g.rho for g in flown.glances],
+        "nu_m_s": [g.nu for g in flown.glances],
+        "sigma": [g.sigma for g in flown.glances],
+        "omega_rad_s": [g.omega for g in flown.glances],
+    } | {f"cmd_{name}": [g.commanded.parts()[i] for g in flown.glances] for i, name in enumerate(CHANNELS)}
+    kept = samples[rows]
+    columns = {name: np.stack(series)[:, rows].T.ravel() for name, series in stacked.items()}
+    return pd.DataFrame({"sample": np.repeat(kept, len(times)), "t_s": np.tile(times, len(kept))} | columns)
+
+
+def trace_table(
+    steps: list[Step], position: int, signals: Mapping[str, Column], measured: bool
+) -> tuple[pd.DataFrame, dict[str, Column]]:
+    """One row per observed step of one traced sample, everything in SI; frames as in `rvjax.physics.state`.
+
+    signals: the controller's. measured: with the motion as it is measured beside the true one.
+    """
+    first = steps[0]
+    shape = first.motion.rho.x.shape  # the time is that of all samples
+    found = recorded(signals, first.report.signals, measured, len(thrusts(first)))
+    data = {
+        name: np.array([np.broadcast_to(signal.get(step), shape)[position] for step in steps]) for name, signal in found.items()
+    }
+    return pd.DataFrame(data), {name: signal.column for name, signal in found.items()}
