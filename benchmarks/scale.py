@@ -108,7 +108,7 @@ def said(seconds: float) -> str:
 def measure(campaign: Path) -> Costs:
     """Everything but Dask's figures on the campaign's own chunks, all on one thread."""
     from rvjax.analysis.accumulator import Fold
-    from rvjax.execution.chunks import ENVELOPE_CHUNKS, Parcel, Pilot
+    from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
     from rvjax.execution.identity import identity, provenance
     from rvjax.simulation.batch import LANES
     from rvjax.simulation.problem import load
@@ -116,10 +116,10 @@ def measure(campaign: Path) -> Costs:
     problem = load(campaign, [f"samples={(ENVELOPE_CHUNKS + FLOWN) * LANES}"])
     mine = identity(problem)
     started = time.perf_counter()
-    pilot = Pilot(problem, mine)
+    pilot = ChunkRunner(problem, mine)
     pilot.parcel(ENVELOPE_CHUNKS)
     start = time.perf_counter() - started
-    parcels: list[Parcel] = []
+    parcels: list[ChunkResult] = []
     chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + FLOWN)
     flight = each(chunks, lambda chunk: parcels.append(pilot.parcel(chunk)))
     with tempfile.TemporaryDirectory() as place:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rvjax.execution.chunks import ENVELOPE_CHUNKS, Pilot
+from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkRunner
 from rvjax.execution.executors.threads import beside
 from rvjax.execution.identity import identity
 from rvjax.run_folder import RunFolder
@@ -38,7 +38,7 @@ def main() -> None:
     jax_config.configure()
     space, _, _, _ = prepare(given.file, ["samples=100000000"])  # as many chunks as it may take
     problem, rng = space.problem, np.random.default_rng(0)
-    pilot = Pilot(problem, {})
+    pilot = ChunkRunner(problem, {})
     lanes = CHUNKS * LANES
     samples = np.arange(lanes // given.candidates, dtype=np.int64)
     ratios: list[float] = []

@@ -1,4 +1,4 @@
-"""Pilot: flies chunks of one campaign by their numbers.
+"""ChunkRunner: flies chunks of one campaign by their numbers.
 
 A chunk is a pure function of its number and the run's identity: which pilot flies it, in which process, when, or how often
 does not matter.
@@ -28,7 +28,7 @@ STRETCH = 250
 """Fewest steps between two looks at whether the run is to stop: a fraction of a second."""
 
 
-class Parcel(NamedTuple):
+class ChunkResult(NamedTuple):
     """What came of a chunk: its files of data, the samples' table last."""
 
     chunk: int
@@ -40,7 +40,7 @@ class Parcel(NamedTuple):
         return self.files[-1].entry.count
 
 
-class Pilot:
+class ChunkRunner:
     """Compiles at the first chunk; may be used by several threads at a time. identity: the run's, which the files carry."""
 
     def __init__(self, problem: Problem, identity: Mapping[str, Any]) -> None:
@@ -48,14 +48,14 @@ class Pilot:
         self.flyer = Flyer(problem.loop, problem.metrics)
         self._digest = digest(identity)
 
-    def parcel(self, chunk: int) -> Parcel:
+    def parcel(self, chunk: int) -> ChunkResult:
         """Draws and flies a chunk, and encodes what came of it."""
         problem = self.problem
         draws, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES, dtype=np.int64))
         glance, places = chunk < ENVELOPE_CHUNKS, devices()
         every = _every(problem) if glance else max(_every(problem), STRETCH)
         flown = self.flyer.fly(drawn, problem.spec.horizon.steps, every, glance, device=places[chunk % len(places)])
-        return Parcel(chunk, self._files(chunk, draws, flown))
+        return ChunkResult(chunk, self._files(chunk, draws, flown))
 
     def _files(self, chunk: int, draws: Draws, flown: Flown) -> tuple[DataFile, ...]:
         problem = self.problem

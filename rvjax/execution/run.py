@@ -22,7 +22,7 @@ from rvjax.campaign.choice import Choice
 from rvjax.components.samplers import basis_of
 from rvjax.errors import UsageError
 from rvjax.execution.audit import prove
-from rvjax.execution.chunks import ENVELOPE_CHUNKS, Parcel, Pilot
+from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import Crew
 from rvjax.execution.executors.threads import beside, inline
 from rvjax.execution.identity import PLAN, identity, provenance, short
@@ -105,7 +105,7 @@ def _run(
     opened(place)
     fold = Fold(spec.require, basis_of(spec), spec.keep)
     with folder:
-        pilot = Pilot(problem, mine)
+        pilot = ChunkRunner(problem, mine)
         _fly(pilot, folder, fold, crew, progress, baseline is None)
         while early and not fold.decided and folder.requested < spec.samples:
             folder.grow(min(spec.samples, _wave(folder.requested)))
@@ -164,7 +164,7 @@ def _same_plan(folder: RunFolder, mine: Mapping[str, Any]) -> None:
         )
 
 
-def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress, baseline: bool) -> None:
+def _fly(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress, baseline: bool) -> None:
     """Flies the chunks that the folder lacks, and folds them and those that were there. One of these that turns out to be
     damaged is flown again."""
     chunks = math.ceil(folder.requested / LANES)
@@ -180,14 +180,14 @@ def _fly(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Prog
         unread.clear()
 
 
-def _fly_missing(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:
+def _fly_missing(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:
     """Flies the chunks that are missing, commits each as it comes, and folds it."""
     samples, total = folder.requested, max(folder.requested, pilot.problem.spec.samples)
     missing = folder.missing(math.ceil(samples / LANES), ENVELOPE_CHUNKS)
     done = samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing)
     progress(done, total)
 
-    def keep(parcel: Parcel) -> None:
+    def keep(parcel: ChunkResult) -> None:
         nonlocal done
         for file in parcel.files:
             folder.take(file)
@@ -200,7 +200,7 @@ def _fly_missing(pilot: Pilot, folder: RunFolder, fold: Fold, crew: Crew, progre
         executor.fly(missing, keep)
 
 
-def _keep(pilot: Pilot, folder: RunFolder, samples: Sequence[int]) -> None:
+def _keep(pilot: ChunkRunner, folder: RunFolder, samples: Sequence[int]) -> None:
     """Flies samples again and keeps their flights, thinned, in place of those that were kept before."""
     folder.weed(["traces"])
     kept = set(folder.trace_samples())

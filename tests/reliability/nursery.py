@@ -79,7 +79,7 @@ def watch(note: Callable[[str], None]) -> None:
         (RunFolder, "take", at("take")),
         (RunFolder, "write_bytes", at("write")),
         (RunFolder, "seal", at("write")),
-        (chunks.Pilot, "parcel", lambda _, chunk: f"chunk {chunk}"),
+        (chunks.ChunkRunner, "parcel", lambda _, chunk: f"chunk {chunk}"),
     ):
         setattr(owner, attribute, told(place, getattr(owner, attribute)))
     for attribute in ("create", "resume"):

@@ -16,7 +16,7 @@ import pytest
 from rvjax.execution import chunks, identity, replay
 from rvjax.execution import run as running
 from rvjax.execution.audit import Audit
-from rvjax.execution.chunks import Parcel, Pilot
+from rvjax.execution.chunks import ChunkResult, ChunkRunner
 from rvjax.run_folder import RunFolder
 from rvjax.simulation import batch
 from tests.disk import Disk, Killed
@@ -53,22 +53,22 @@ def bits(path: Path) -> dict[str, bytes]:
 @pytest.fixture
 def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole program but for flying and drawing: chunks and traces are flown once, the report is its numbers."""
-    parcels: dict[int, Parcel] = {}
+    parcels: dict[int, ChunkResult] = {}
     traces: dict[tuple[int, ...], Any] = {}
     trace, run = running.trace, running.run
 
     class Crew:
-        def __init__(self, pilot: Pilot) -> None:
+        def __init__(self, pilot: ChunkRunner) -> None:
             self.pilot = pilot
 
-        def fly(self, chunks: Iterable[int], take: Callable[[Parcel], None]) -> None:
+        def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
             for chunk in chunks:
                 if chunk not in parcels:
                     parcels[chunk] = self.pilot.parcel(chunk)
                 take(parcels[chunk])
 
     @contextmanager
-    def crew(pilot: Pilot, folder: RunFolder) -> Iterator[Crew]:
+    def crew(pilot: ChunkRunner, folder: RunFolder) -> Iterator[Crew]:
         del folder
         yield Crew(pilot)
 

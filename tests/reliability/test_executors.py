@@ -14,7 +14,7 @@ import pytest
 from distributed import Client
 
 from rvjax.errors import IncompleteError, UsageError
-from rvjax.execution.chunks import ENVELOPE_CHUNKS, Parcel, Pilot
+from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import Crew
 from rvjax.execution.executors.dask_client import workers
 from rvjax.execution.executors.threads import inline as inline_crew
@@ -28,26 +28,26 @@ from tests.short import CAMPAIGN
 
 
 @pytest.fixture(scope="module")
-def pilot() -> Pilot:
+def pilot() -> ChunkRunner:
     """Of the campaign, in this process."""
     problem = load(CAMPAIGN, OVERRIDES)
-    return Pilot(problem, identity(problem))
+    return ChunkRunner(problem, identity(problem))
 
 
 @pytest.fixture(scope="module")
-def inline(pilot: Pilot, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def inline(pilot: ChunkRunner, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The bits of the campaign, flown by one process."""
     folder = tmp_path_factory.mktemp("inline") / "run"
     fly(pilot, folder, inline_crew)
     return data(folder)
 
 
-def fly(pilot: Pilot, place: Path, crew: Crew, seen: Callable[[Parcel], None] = lambda parcel: None) -> None:
+def fly(pilot: ChunkRunner, place: Path, crew: Crew, seen: Callable[[ChunkResult], None] = lambda parcel: None) -> None:
     """Flies all chunks into a new folder, the last ones first. seen: called with each, once it is committed."""
     described = (provenance([], OVERRIDES), pilot.problem.spec.source.text, SAMPLES, "short")
     with RunFolder.create(place, identity(pilot.problem), *described) as folder, crew(pilot, folder) as executor:
 
-        def take(parcel: Parcel) -> None:
+        def take(parcel: ChunkResult) -> None:
             for file in parcel.files:
                 folder.take(file)
             seen(parcel)
@@ -55,7 +55,7 @@ def fly(pilot: Pilot, place: Path, crew: Crew, seen: Callable[[Parcel], None] = 
         executor.fly(reversed(range(CHUNKS)), take)
 
 
-def go_on(pilot: Pilot, place: Path) -> None:
+def go_on(pilot: ChunkRunner, place: Path) -> None:
     """Flies what the folder lacks, without Dask."""
     described = (provenance([], OVERRIDES), pilot.problem.spec.source.text, SAMPLES, "short")
     with (
@@ -79,7 +79,7 @@ def first_chunk(folder: Path, running: subprocess.Popen[str]) -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 4])
 def test_workers_of_this_machine_fly_the_same_bits(
-    tmp_path: Path, pilot: Pilot, inline: dict[str, str], count: int, full: bool, figure: Callable[[str], None]
+    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], count: int, full: bool, figure: Callable[[str], None]
 ) -> None:
     """Kills: another compiler setting in a worker, draws that depend on the process, a chunk that comes twice."""
     if count != 2 and not full:
@@ -93,14 +93,14 @@ def test_workers_of_this_machine_fly_the_same_bits(
 
 
 def test_a_worker_killed_while_flying_is_no_loss(
-    tmp_path: Path, pilot: Pilot, inline: dict[str, str], figure: Callable[[str], None]
+    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], figure: Callable[[str], None]
 ) -> None:
     """SIGKILL to a worker and its nanny in the middle, later to the process of another one. Kills: waiting for the dead for ever,
     a chunk lost or double."""
     flown: list[int] = []
     with scheduler() as (address, _), worker(address) as first, worker(address, "--nworkers", "2") as others:
 
-        def kill(parcel: Parcel) -> None:
+        def kill(parcel: ChunkResult) -> None:
             flown.append(parcel.chunk)
             if len(flown) == 1:
                 dead(first)
@@ -121,17 +121,17 @@ def children(pid: int) -> list[int]:
 
 POISON = """
 import os
-from rvjax.execution.chunks import Pilot
+from rvjax.execution.chunks import ChunkRunner
 
-if not hasattr(Pilot, "honest"):  # Dask reads this file twice
-    Pilot.honest = Pilot.parcel
+if not hasattr(ChunkRunner, "honest"):  # Dask reads this file twice
+    ChunkRunner.honest = ChunkRunner.parcel
 
 def parcel(self, chunk):
     if chunk == 4:
         {what}
     return self.honest(chunk)
 
-Pilot.parcel = parcel
+ChunkRunner.parcel = parcel
 """
 
 
@@ -151,7 +151,7 @@ Station.fly = fly
 
 
 def test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept(
-    tmp_path: Path, pilot: Pilot, inline: dict[str, str], figure: Callable[[str], None]
+    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], figure: Callable[[str], None]
 ) -> None:
     """Through the program. Kills: a campaign that hangs, chunks that flew beside it being blamed, a traceback."""
     (tmp_path / "poison.py").write_text(POISON.format(what="os._exit(9)"))
@@ -169,7 +169,7 @@ def test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept(
 
 
 def test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept(
-    tmp_path: Path, pilot: Pilot, figure: Callable[[str], None]
+    tmp_path: Path, pilot: ChunkRunner, figure: Callable[[str], None]
 ) -> None:
     """By a worker that does not see the run folder, so that the rest is sent. Kills: an error that does not survive its way to
     the client; results that only a shared file system brings."""
@@ -184,7 +184,7 @@ def test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept(
     figure(f"a chunk whose flight raises: named, the other {CHUNKS - 1} kept")
 
 
-def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, pilot: Pilot) -> None:
+def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, pilot: ChunkRunner) -> None:
     """Kills: mixing compilers' settings in one table; a refusal that does not say what differs."""
     other = {"XLA_FLAGS": "--xla_cpu_prefer_vector_width=256"}
     said = r"these Dask workers would fly other bits(.|\n)*xla_flags: the client has .*, the worker has .*=256"
@@ -194,7 +194,7 @@ def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, pilot: Pi
 
 
 def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
-    tmp_path: Path, pilot: Pilot, inline: dict[str, str], full: bool
+    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], full: bool
 ) -> None:
     """Kills: comparing only the workers that are there at the start; giving up the campaign for one of them."""
     if not full:
@@ -205,7 +205,7 @@ def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
         address, _ = stack.enter_context(scheduler())
         stack.enter_context(worker(address))
 
-        def come(parcel: Parcel) -> None:
+        def come(parcel: ChunkResult) -> None:
             flown.append(parcel.chunk)
             if len(flown) == 1:
                 stack.enter_context(worker(address, XLA_FLAGS="--xla_cpu_prefer_vector_width=256"))
@@ -219,7 +219,7 @@ def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
 
 @pytest.mark.parametrize("who", ["scheduler", "client"])
 def test_a_stopped_campaign_goes_on_without_dask(
-    tmp_path: Path, pilot: Pilot, inline: dict[str, str], who: str, full: bool
+    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], who: str, full: bool
 ) -> None:
     """The scheduler is killed, or Ctrl-C comes. Kills: hanging, a command to go on that lacks --dask, a traceback."""
     if who == "client" and not full:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rvjax.execution.chunks import Pilot
+from rvjax.execution.chunks import ChunkRunner
 from rvjax.execution.doctor import examine
 from rvjax.execution.executors import dask_worker
 from rvjax.execution.identity import identity, packages
@@ -55,7 +55,7 @@ def test_the_folder_alone_is_enough(rvjax: Run, tmp_path: Path) -> None:
     )
     worker = dask_worker.Station(order)
     worker._threads = None
-    assert isinstance(worker._make(), Pilot)
+    assert isinstance(worker._make(), ChunkRunner)
     (folder / "inputs" / "masses.csv").write_text(MASSES.replace("88", "89"))
     for command in ("check", "report"):
         code, _, told = rvjax(command, folder)

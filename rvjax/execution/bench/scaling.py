@@ -26,17 +26,17 @@ def main(spec: dict[str, Any]) -> None:
 
     configure(spec["precision"])
     from rvjax.execution.bench.worker import forget_peak, peak_mb, say
-    from rvjax.execution.chunks import ENVELOPE_CHUNKS, Parcel, Pilot
+    from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
     from rvjax.execution.executors.threads import Inline
     from rvjax.simulation.batch import LANES
     from rvjax.simulation.problem import load
 
     chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + math.ceil(spec["samples"] / LANES))
     problem = shortened(load(spec["campaign"]), spec["steps"], chunks.stop * LANES)
-    executor = Inline(Pilot(problem, {}))
+    executor = Inline(ChunkRunner(problem, {}))
     lanes = 0
 
-    def take(parcel: Parcel) -> None:
+    def take(parcel: ChunkResult) -> None:
         nonlocal lanes
         lanes += parcel.samples
 

@@ -6,14 +6,14 @@ from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 from typing import Protocol
 
-from rvjax.execution.chunks import Parcel, Pilot
+from rvjax.execution.chunks import ChunkResult, ChunkRunner
 from rvjax.run_folder import RunFolder
 
 
 class Executor(Protocol):
     """Flies chunks and hands over what came of them, in any order."""
 
-    def fly(self, chunks: Iterable[int], take: Callable[[Parcel], None]) -> None:
+    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
         """Calls `take` with every chunk's parcel, in this thread, while others fly. Memory holds a few at a time. Where it is
         interrupted, what has been flown is still handed over.
 
@@ -22,5 +22,5 @@ class Executor(Protocol):
         ...
 
 
-Crew = Callable[[Pilot, RunFolder], AbstractContextManager[Executor]]
+Crew = Callable[[ChunkRunner, RunFolder], AbstractContextManager[Executor]]
 """How to get an executor for a pilot's campaign, flown into a folder; it is given up again on leaving the context."""

@@ -29,7 +29,7 @@ try:
 except ImportError as error:
     raise UsageError("--dask needs the packages dask and distributed; install them with pip install 'rvjax[dask]'") from error
 
-from rvjax.execution.chunks import Parcel, Pilot
+from rvjax.execution.chunks import ChunkResult, ChunkRunner
 from rvjax.execution.executors import Crew
 from rvjax.execution.executors.dask_worker import Failed, Order, Station, Unlike, fly, ready
 from rvjax.execution.identity import packages
@@ -74,7 +74,7 @@ def workers(place: int | str, say: Say) -> Crew:
     """A crew of Dask workers: so many on this machine, or those of a scheduler. say: where progress beside flying is told."""
 
     @contextmanager
-    def crew(pilot: Pilot, folder: RunFolder) -> Generator[Workers, None, None]:
+    def crew(pilot: ChunkRunner, folder: RunFolder) -> Generator[Workers, None, None]:
         with ExitStack() as stack:
             stack.enter_context(_silence())
             client = stack.enter_context(_client(place, stack))
@@ -100,7 +100,7 @@ class Workers:
         self._client, self._name, self._folder, self._say = client, name, folder, say
         self._threads, self._counted = 0, -LOOK_S
 
-    def fly(self, chunks: Iterable[int], take: Callable[[Parcel], None]) -> None:
+    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
         """As `Executor.fly`, in the order in which they are done. UsageError where the workers are unlike the client."""
         self._compare()
         todo, lost = iter(chunks), dict[int, str]()
@@ -114,7 +114,7 @@ class Workers:
         if lost:
             raise IncompleteError("\n".join(_lost(chunk, why) for chunk, why in sorted(lost.items())))
 
-    def _fly(self, todo: Iterator[int], ahead: int, take: Callable[[Parcel], None], lost: dict[int, str]) -> dict[int, str]:
+    def _fly(self, todo: Iterator[int], ahead: int, take: Callable[[ChunkResult], None], lost: dict[int, str]) -> dict[int, str]:
         """Flies what is to do, and returns the chunks whose workers died: at most `MOST_SUSPECT`, the rest is still to do."""
         flying, failures, suspects = dict[int, Future](), Counter[int](), dict[int, str]()
         done: Queue[int] = Queue()
@@ -131,7 +131,7 @@ class Workers:
                     _tell(flying[chunk], chunk, done)
                     continue
                 del flying[chunk]
-                if isinstance(found, Parcel):
+                if isinstance(found, ChunkResult):
                     take(self._arrived(found))
                 elif isinstance(found, Failed):
                     failures[chunk] += 1
@@ -147,7 +147,7 @@ class Workers:
                     suspects[chunk] = f"the last one at {found.last_worker.address}"
         except BaseException:
             for future in flying.values():
-                if future.status == "finished" and isinstance(found := future.result(), Parcel):
+                if future.status == "finished" and isinstance(found := future.result(), ChunkResult):
                     take(self._arrived(found))
             raise
         finally:
@@ -167,7 +167,7 @@ class Workers:
             except Empty:
                 self._count()
 
-    def _outcome(self, future: Future) -> Parcel | Unlike | Failed | KilledWorker | None:
+    def _outcome(self, future: Future) -> ChunkResult | Unlike | Failed | KilledWorker | None:
         """What a task gave, or that its workers died; None where what it gave died with its worker, so that it runs again."""
         if future.status in ("pending", "lost"):
             return None
@@ -222,7 +222,7 @@ class Workers:
         except Exception as error:  # whatever a worker says against it
             raise UsageError(_CANNOT.format(error)) from error
 
-    def _arrived(self, parcel: Parcel) -> Parcel:
+    def _arrived(self, parcel: ChunkResult) -> ChunkResult:
         """The parcel, once the files that its worker has written are seen here."""
         late = time.monotonic() + PATIENCE_S
         for file in parcel.files:
@@ -263,7 +263,7 @@ def _client(place: int | str, stack: ExitStack) -> Client:
         raise UsageError(f"--dask {place}: {error}; accepted: the address that `dask scheduler` prints") from error
 
 
-def _order(pilot: Pilot, folder: RunFolder, token: str, local: bool) -> Order:
+def _order(pilot: ChunkRunner, folder: RunFolder, token: str, local: bool) -> Order:
     return Order(
         campaign=pilot.problem.spec.source.text,
         inputs=pilot.problem.spec.source.inputs,

@@ -17,7 +17,7 @@ from typing import Any, cast
 
 from distributed import Worker, WorkerPlugin, get_worker
 
-from rvjax.execution.chunks import Parcel, Pilot
+from rvjax.execution.chunks import ChunkResult, ChunkRunner
 from rvjax.execution.identity import identity, packages
 from rvjax.run_folder import CAMPAIGN
 from rvjax.run_folder import input_files as inputs
@@ -70,15 +70,15 @@ class Station(WorkerPlugin):
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         self._address, self._threads = str(worker.address), worker.state.nthreads
         self._making = Lock()
-        self._pilot: Pilot | Unlike | None = None
+        self._pilot: ChunkRunner | Unlike | None = None
 
     def teardown(self, worker: Worker) -> None:
         """Called at the worker when the campaign is over: flights that nobody waits for end."""
         del worker
-        if isinstance(self._pilot, Pilot):
+        if isinstance(self._pilot, ChunkRunner):
             self._pilot.flyer.stop()
 
-    def pilot(self) -> Pilot | Unlike:
+    def pilot(self) -> ChunkRunner | Unlike:
         """The campaign's pilot in this process; made once."""
         with self._making:
             if self._pilot is None:
@@ -88,7 +88,7 @@ class Station(WorkerPlugin):
                     self._pilot = Unlike(self._address, f"{type(error).__name__}: {error}")
             return self._pilot
 
-    def _make(self) -> Pilot | Unlike:
+    def _make(self) -> ChunkRunner | Unlike:
         order = self.order
         with tempfile.TemporaryDirectory() as place:
             path = Path(place) / CAMPAIGN
@@ -99,9 +99,9 @@ class Station(WorkerPlugin):
         mine = identity(problem)
         unlike = differences(order.identity, mine, "the client", "the worker")
         unlike += differences({"packages": order.packages}, {"packages": packages()}, "the client", "the worker")
-        return Unlike(self._address, "\n".join(unlike)) if unlike else Pilot(problem, mine)
+        return Unlike(self._address, "\n".join(unlike)) if unlike else ChunkRunner(problem, mine)
 
-    def fly(self, chunk: int) -> Parcel | Unlike:
+    def fly(self, chunk: int) -> ChunkResult | Unlike:
         """Flies a chunk; its files are written into the run folder where this worker sees it, else they are sent."""
         pilot = self.pilot()
         if isinstance(pilot, Unlike):
@@ -115,7 +115,7 @@ class Station(WorkerPlugin):
         return parcel
 
 
-def fly(name: str, chunk: int) -> Parcel | Unlike | Failed:
+def fly(name: str, chunk: int) -> ChunkResult | Unlike | Failed:
     """The task of a chunk."""
     try:
         return _station(name).fly(chunk)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import TypeVar
 
-from rvjax.execution.chunks import Parcel, Pilot
+from rvjax.execution.chunks import ChunkResult, ChunkRunner
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import streams
 
@@ -40,16 +40,16 @@ def beside(fly: Callable[[T], R], things: Iterable[T], take: Callable[[R], None]
 class Inline:
     """Flies chunks by the threads of this process."""
 
-    def __init__(self, pilot: Pilot) -> None:
+    def __init__(self, pilot: ChunkRunner) -> None:
         self._pilot = pilot
 
-    def fly(self, chunks: Iterable[int], take: Callable[[Parcel], None]) -> None:
+    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
         """As `Executor.fly`, in the order of the chunks."""
         beside(self._pilot.parcel, chunks, take, self._pilot.flyer.stop)
 
 
 @contextmanager
-def inline(pilot: Pilot, folder: RunFolder) -> Generator[Inline, None, None]:
+def inline(pilot: ChunkRunner, folder: RunFolder) -> Generator[Inline, None, None]:
     """The default crew."""
     del folder
     yield Inline(pilot)
