@@ -18,7 +18,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from rvjax.execution.executors import Crew
+from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.dask_client import workers
 from rvjax.execution.executors.threads import inline
 from rvjax.execution.run import run
@@ -65,7 +65,7 @@ def overhead() -> None:
     print(f"overhead of {CAMPAIGN.name}: {shares} of {whole:.1f} s; together {100 * sum(spent.values()) / whole:.2f} %")
 
 
-def pace(campaign: Path, crew: Crew, chunks: int) -> float:
+def pace(campaign: Path, crew: ExecutorFactory, chunks: int) -> float:
     """Seconds a chunk, from the first that is committed to the last."""
     times: list[tuple[float, int]] = []
     with tempfile.TemporaryDirectory() as place:

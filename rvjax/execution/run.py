@@ -23,7 +23,7 @@ from rvjax.components.samplers import basis_of
 from rvjax.errors import UsageError
 from rvjax.execution.audit import prove
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
-from rvjax.execution.executors import Crew
+from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.threads import beside, inline
 from rvjax.execution.identity import PLAN, identity, provenance, short
 from rvjax.execution.replay import Trace, recorded, trace
@@ -50,7 +50,7 @@ def run(
     progress: Progress | None = None,
     command: Sequence[str] = (),
     opened: Callable[[Path], None] | None = None,
-    crew: Crew = inline,
+    crew: ExecutorFactory = inline,
     finished: Callable[[Account, tuple[Verdict, ...]], None] | None = None,
     baseline: Callable[[str], None] | None = None,
     until_decided: bool = False,
@@ -83,7 +83,7 @@ def _run(
     progress: Progress,
     command: Sequence[str],
     opened: Callable[[Path], None],
-    crew: Crew,
+    crew: ExecutorFactory,
     baseline: Callable[[str], None] | None,
     until_decided: bool = False,
 ) -> tuple[Path, Account, Fold]:
@@ -164,7 +164,7 @@ def _same_plan(folder: RunFolder, mine: Mapping[str, Any]) -> None:
         )
 
 
-def _fly(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress, baseline: bool) -> None:
+def _fly(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: ExecutorFactory, progress: Progress, baseline: bool) -> None:
     """Flies the chunks that the folder lacks, and folds them and those that were there. One of these that turns out to be
     damaged is flown again."""
     chunks = math.ceil(folder.requested / LANES)
@@ -180,7 +180,7 @@ def _fly(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: Crew, progress
         unread.clear()
 
 
-def _fly_missing(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: Crew, progress: Progress) -> None:
+def _fly_missing(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: ExecutorFactory, progress: Progress) -> None:
     """Flies the chunks that are missing, commits each as it comes, and folds it."""
     samples, total = folder.requested, max(folder.requested, pilot.problem.spec.samples)
     missing = folder.missing(math.ceil(samples / LANES), ENVELOPE_CHUNKS)

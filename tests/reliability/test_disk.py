@@ -57,7 +57,7 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     traces: dict[tuple[int, ...], Any] = {}
     trace, run = running.trace, running.run
 
-    class Crew:
+    class ExecutorFactory:
         def __init__(self, pilot: ChunkRunner) -> None:
             self.pilot = pilot
 
@@ -68,9 +68,9 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
                 take(parcels[chunk])
 
     @contextmanager
-    def crew(pilot: ChunkRunner, folder: RunFolder) -> Iterator[Crew]:
+    def crew(pilot: ChunkRunner, folder: RunFolder) -> Iterator[ExecutorFactory]:
         del folder
-        yield Crew(pilot)
+        yield ExecutorFactory(pilot)
 
     def once(problem: Any, flyer: Any, samples: list[int], *more: Any) -> Any:
         if tuple(samples) not in traces:

@@ -15,7 +15,7 @@ from distributed import Client
 
 from rvjax.errors import IncompleteError, UsageError
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
-from rvjax.execution.executors import Crew
+from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.dask_client import workers
 from rvjax.execution.executors.threads import inline as inline_crew
 from rvjax.execution.identity import identity, provenance
@@ -42,7 +42,9 @@ def inline(pilot: ChunkRunner, tmp_path_factory: pytest.TempPathFactory) -> dict
     return data(folder)
 
 
-def fly(pilot: ChunkRunner, place: Path, crew: Crew, seen: Callable[[ChunkResult], None] = lambda parcel: None) -> None:
+def fly(
+    pilot: ChunkRunner, place: Path, crew: ExecutorFactory, seen: Callable[[ChunkResult], None] = lambda parcel: None
+) -> None:
     """Flies all chunks into a new folder, the last ones first. seen: called with each, once it is committed."""
     described = (provenance([], OVERRIDES), pilot.problem.spec.source.text, SAMPLES, "short")
     with RunFolder.create(place, identity(pilot.problem), *described) as folder, crew(pilot, folder) as executor:
@@ -137,16 +139,16 @@ ChunkRunner.parcel = parcel
 
 AFAR = """
 from dataclasses import replace
-from rvjax.execution.executors.dask_worker import Station
+from rvjax.execution.executors.dask_worker import DaskWorkerState
 
-if not hasattr(Station, "honest"):
-    Station.honest = Station.fly
+if not hasattr(DaskWorkerState, "honest"):
+    DaskWorkerState.honest = DaskWorkerState.fly
 
 def fly(self, chunk):
     self.order = replace(self.order, folder="/nowhere")
     return self.honest(chunk)
 
-Station.fly = fly
+DaskWorkerState.fly = fly
 """
 
 

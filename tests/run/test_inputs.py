@@ -53,7 +53,7 @@ def test_the_folder_alone_is_enough(rvjax: Run, tmp_path: Path) -> None:
         "t",
         local=False,
     )
-    worker = dask_worker.Station(order)
+    worker = dask_worker.DaskWorkerState(order)
     worker._threads = None
     assert isinstance(worker._make(), ChunkRunner)
     (folder / "inputs" / "masses.csv").write_text(MASSES.replace("88", "89"))

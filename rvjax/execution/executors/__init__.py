@@ -22,5 +22,5 @@ class Executor(Protocol):
         ...
 
 
-Crew = Callable[[ChunkRunner, RunFolder], AbstractContextManager[Executor]]
+ExecutorFactory = Callable[[ChunkRunner, RunFolder], AbstractContextManager[Executor]]
 """How to get an executor for a pilot's campaign, flown into a folder; it is given up again on leaving the context."""

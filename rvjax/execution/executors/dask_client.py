@@ -30,8 +30,8 @@ except ImportError as error:
     raise UsageError("--dask needs the packages dask and distributed; install them with pip install 'rvjax[dask]'") from error
 
 from rvjax.execution.chunks import ChunkResult, ChunkRunner
-from rvjax.execution.executors import Crew
-from rvjax.execution.executors.dask_worker import Failed, Order, Station, Unlike, fly, ready
+from rvjax.execution.executors import ExecutorFactory
+from rvjax.execution.executors.dask_worker import DaskWorkerState, Failed, Order, Unlike, fly, ready
 from rvjax.execution.identity import packages
 from rvjax.run_folder import RunFolder
 from rvjax.simulation import jax_config
@@ -70,7 +70,7 @@ def parse(text: str) -> int | str:
     raise UsageError(f"--dask {text}: accepted: local:N with N worker processes here, or a scheduler's tcp://host:port")
 
 
-def workers(place: int | str, say: Say) -> Crew:
+def workers(place: int | str, say: Say) -> ExecutorFactory:
     """A crew of Dask workers: so many on this machine, or those of a scheduler. say: where progress beside flying is told."""
 
     @contextmanager
@@ -82,7 +82,7 @@ def workers(place: int | str, say: Say) -> Crew:
             token = f".workers.{uuid.uuid4().hex}"  # a name that is swept up where this process is killed
             (folder.path / token).touch()
             stack.callback((folder.path / token).unlink, missing_ok=True)
-            station = Station(_order(pilot, folder, token, isinstance(place, int)))
+            station = DaskWorkerState(_order(pilot, folder, token, isinstance(place, int)))
             try:
                 client.register_plugin(station)
             except Exception as error:  # whatever a worker says against it

@@ -1,4 +1,4 @@
-"""Station: what a Dask worker flies a campaign's chunks with. One for each worker process and campaign.
+"""DaskWorkerState: what a Dask worker flies a campaign's chunks with. One for each worker process and campaign.
 
 It is sent to every worker, also to those that come later, and made ready in a worker's thread by the first task, before JAX
 starts there. A worker that would fly other bits than the client (other versions, code, processor or settings) says so and flies
@@ -57,7 +57,7 @@ class Failed:
     why: str
 
 
-class Station(WorkerPlugin):
+class DaskWorkerState(WorkerPlugin):
     """The plugin of a worker; `name` is the campaign's at the scheduler."""
 
     def __init__(self, order: Order) -> None:
@@ -129,5 +129,5 @@ def ready(name: str) -> Unlike | None:
     return pilot if isinstance(pilot, Unlike) else None
 
 
-def _station(name: str) -> Station:
-    return cast("Station", get_worker().plugins[name])
+def _station(name: str) -> DaskWorkerState:
+    return cast("DaskWorkerState", get_worker().plugins[name])
