@@ -31,7 +31,7 @@ except ImportError as error:
 
 from rvjax.execution.chunks import ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
-from rvjax.execution.executors.dask_worker import DaskWorkerState, Failed, Order, Unlike, fly, ready
+from rvjax.execution.executors.dask_worker import DaskWorkerState, Failed, Unlike, WorkOrder, fly, ready
 from rvjax.execution.identity import packages
 from rvjax.run_folder import RunFolder
 from rvjax.simulation import jax_config
@@ -263,8 +263,8 @@ def _client(place: int | str, stack: ExitStack) -> Client:
         raise UsageError(f"--dask {place}: {error}; accepted: the address that `dask scheduler` prints") from error
 
 
-def _order(pilot: ChunkRunner, folder: RunFolder, token: str, local: bool) -> Order:
-    return Order(
+def _order(pilot: ChunkRunner, folder: RunFolder, token: str, local: bool) -> WorkOrder:
+    return WorkOrder(
         campaign=pilot.problem.spec.source.text,
         inputs=pilot.problem.spec.source.inputs,
         overrides=tuple(map(str, folder.provenance["overrides"])),

@@ -27,7 +27,7 @@ from rvjax.simulation.problem import load
 
 
 @dataclass(frozen=True)
-class Order:
+class WorkOrder:
     """What is to be flown, as text and numbers. inputs: the files that the campaign names. folder: the run folder's path at the
     client; token: name of a file in it, by which a worker that has the folder at the same path recognises it. local: the workers
     are the client's own processes."""
@@ -60,7 +60,7 @@ class Failed:
 class DaskWorkerState(WorkerPlugin):
     """The plugin of a worker; `name` is the campaign's at the scheduler."""
 
-    def __init__(self, order: Order) -> None:
+    def __init__(self, order: WorkOrder) -> None:
         self.order = order
         self.name = f"rvjax{order.token}"
 
