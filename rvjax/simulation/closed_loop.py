@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from rvjax.components.controllers.interface import Law, Response
+from rvjax.components.controllers.interface import Controller, Response
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.faults.interface import Fault
 from rvjax.components.metrics.interface import Rules
@@ -40,7 +40,7 @@ class Loop(NamedTuple):
     where they fly.
     """
 
-    law: Law
+    law: Controller
     saturation: Saturation
     faults: tuple[Fault, ...]
     disturbances: tuple[Disturbance, ...]

@@ -10,7 +10,7 @@ from rvjax.campaign import Quantity, Source
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.formula import MOST_SUGGESTIONS, Formula, Junction, Predicate, Reader, Until, parts_of, walk
 from rvjax.campaign.plain_values import shorten
-from rvjax.components.controllers.interface import Law
+from rvjax.components.controllers.interface import Controller
 from rvjax.errors import Finding
 from rvjax.simulation.signals import Signal, derived, recorded, reported
 from rvjax.simulation.temporal_margins import unit
@@ -18,7 +18,7 @@ from rvjax.simulation.temporal_margins import unit
 OWN = "ctl."
 """Beginning of the names of a controller's signals."""
 
-Controller = tuple[Law, Mapping[str, Quantity]]
+Controller = tuple[Controller, Mapping[str, Quantity]]
 """A law, and the gains that it gets."""
 
 
@@ -97,6 +97,6 @@ def _nearest(name: str, known: list[str], few: bool) -> str:
     return said if said.startswith("did") else f"accepted: one of `rvjax explain signals`, such as {', '.join(known[-3:])}"
 
 
-def controller_of(law: Law, quantities: Mapping[str, Quantity]) -> Controller:
+def controller_of(law: Controller, quantities: Mapping[str, Quantity]) -> Controller:
     """A law with its gains, out of all that a campaign says of it."""
     return law, {name.removeprefix("gains."): one for name, one in quantities.items() if name.startswith("gains.")}

@@ -25,7 +25,7 @@ import jax.numpy as jnp
 
 from rvjax.campaign import Quantity
 from rvjax.columns import AXES, CHANNELS, Column
-from rvjax.components.controllers.interface import WRENCH, Law
+from rvjax.components.controllers.interface import WRENCH, Controller
 from rvjax.physics.state import Motion, Numbers, Seen, Step, TargetMotion
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, dot, each, largest, norm
 
@@ -139,7 +139,7 @@ def _shares(step: Step) -> Channels:
     return each(share, step.commanded, step.plant.upper, step.plant.lower)
 
 
-def reported(law: Law, gains: Mapping[str, Quantity]) -> Mapping[str, Any]:
+def reported(law: Controller, gains: Mapping[str, Quantity]) -> Mapping[str, Any]:
     """A controller's own signals, by name, without their numbers: it is traced, not run. gains: what it gets."""
     one = jax.ShapeDtypeStruct((), jnp.float32)
     vector = Vector(one, one, one)

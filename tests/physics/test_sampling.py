@@ -9,7 +9,7 @@ import jax
 import numpy as np
 import pytest
 
-from rvjax.components.controllers.interface import Law, Response
+from rvjax.components.controllers.interface import Controller, Response
 from rvjax.physics.state import Numbers, Report, Seen, State
 from rvjax.physics.vectors import Channels, Vector
 from rvjax.simulation import closed_loop, flight
@@ -29,7 +29,7 @@ def respond(seen: Seen, memory: Vector, saturate: Any, gains: Numbers) -> Respon
     return Response(command, seen.motion.rho + memory * 0.1, Report(command * 0.0, force.x * 0.0, {}))
 
 
-LAW = Law(lambda seen, gains: seen.motion.rho * 0.5, respond)
+LAW = Controller(lambda seen, gains: seen.motion.rho * 0.5, respond)
 
 
 def scene(sampling: int) -> tuple[Loop, Drawn]:
@@ -72,7 +72,7 @@ def test_a_sampled_flight_is_the_one_written_by_hand(every: int) -> None:
         def held(seen: Seen, memory: Vector, saturate: Any, gains: Numbers, look: Any = look, command: Any = command) -> Response:
             return respond(look, memory, saturate, gains)._replace(command=command)
 
-        stepping = closed._replace(law=Law(LAW.start, held))
+        stepping = closed._replace(law=Controller(LAW.start, held))
         carry = flight.begin(stepping, (), drawn)._replace(y=y)
         y = flight.step(partial(closed_loop.evaluate, stepping), (), drawn, carry, k).y
     jax.tree.map(np.testing.assert_array_equal, y, flown(every)[1])

@@ -26,7 +26,7 @@ from pydantic import model_validator
 from rvjax.campaign import Model, Quantity, part, retuned, scalar
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.columns import Column
-from rvjax.components.controllers.interface import ESTIMATES, Law, Response, Saturate
+from rvjax.components.controllers.interface import ESTIMATES, Controller, Response, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import (
     AdaptationGains,
@@ -131,10 +131,10 @@ SIGNALS = {
 }
 
 
-def build(parameters: Parameters) -> Law:
+def build(parameters: Parameters) -> Controller:
     """The law."""
     del parameters
-    return Law(start, respond, SIGNALS)
+    return Controller(start, respond, SIGNALS)
 
 
 COMPONENT = Component(Parameters, build)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from rvjax.campaign import Model, Quantity, part, retuned, scalar
 from rvjax.columns import Column
-from rvjax.components.controllers.interface import WRENCH, Law, Response, Saturate
+from rvjax.components.controllers.interface import WRENCH, Controller, Response, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import (
     FirstErrorGains,
@@ -93,10 +93,10 @@ def respond(seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> R
 SIGNALS = {"disturbance": Column("disturbance", WRENCH, "estimated lumped disturbance")}
 
 
-def build(parameters: Parameters) -> Law:
+def build(parameters: Parameters) -> Controller:
     """The law."""
     del parameters
-    return Law(start, respond, SIGNALS)
+    return Controller(start, respond, SIGNALS)
 
 
 COMPONENT = Component(Parameters, build)

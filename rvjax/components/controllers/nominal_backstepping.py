@@ -18,7 +18,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from rvjax.campaign import Model, part, retuned
-from rvjax.components.controllers.interface import ESTIMATES, Law, Response, Saturate
+from rvjax.components.controllers.interface import ESTIMATES, Controller, Response, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import (
     AdaptationGains,
@@ -72,10 +72,10 @@ def respond(seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> R
     return Response(command, rate, Report(command * 0.0, drift(state.mass, state.inertia, gains), signals))
 
 
-def build(parameters: Parameters) -> Law:
+def build(parameters: Parameters) -> Controller:
     """The law."""
     del parameters
-    return Law(start, respond, ESTIMATES)
+    return Controller(start, respond, ESTIMATES)
 
 
 COMPONENT = Component(Parameters, build)

@@ -11,7 +11,7 @@ robot manipulators", Int. J. Control, 1988; MRP form: P. Tsiotras, 1996). Baseli
 from __future__ import annotations
 
 from rvjax.campaign import Model, Quantity, part, scalar
-from rvjax.components.controllers.interface import Law, Response, Saturate
+from rvjax.components.controllers.interface import Controller, Response, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import NominalGains
 from rvjax.physics.dynamics import relative
@@ -47,10 +47,10 @@ def respond(seen: Seen, state: tuple[()], saturate: Saturate, gains: Numbers) ->
     return Response(command, state, Report(nothing, nothing.force.x, {}))
 
 
-def build(parameters: Parameters) -> Law:
+def build(parameters: Parameters) -> Controller:
     """A law without a state of its own."""
     del parameters
-    return Law(lambda seen, gains: (), respond)
+    return Controller(lambda seen, gains: (), respond)
 
 
 COMPONENT = Component(Parameters, build)

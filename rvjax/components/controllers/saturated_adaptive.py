@@ -25,7 +25,7 @@ import jax.numpy as jnp
 
 from rvjax.campaign import Model, Quantity, flag, option, part, scalar
 from rvjax.columns import Column
-from rvjax.components.controllers.interface import ESTIMATES, WRENCH, Law, Response, Saturate
+from rvjax.components.controllers.interface import ESTIMATES, WRENCH, Controller, Response, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import (
     AdaptationGains,
@@ -134,9 +134,9 @@ SIGNALS = {
 }
 
 
-def build(parameters: Parameters) -> Law:
+def build(parameters: Parameters) -> Controller:
     """The law with its options fixed."""
-    return Law(partial(start, parameters), partial(respond, parameters), SIGNALS)
+    return Controller(partial(start, parameters), partial(respond, parameters), SIGNALS)
 
 
 COMPONENT = Component(Parameters, build)

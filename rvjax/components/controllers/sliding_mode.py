@@ -17,7 +17,7 @@ import jax.numpy as jnp
 
 from rvjax.campaign import Model, Quantity, part, retuned, scalar
 from rvjax.columns import Column
-from rvjax.components.controllers.interface import Law, Response, Saturate
+from rvjax.components.controllers.interface import Controller, Response, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import GuidanceGains, NominalGains, model, nominal, tracking
 from rvjax.physics.state import Numbers, Report, Seen
@@ -53,10 +53,10 @@ def respond(seen: Seen, state: tuple[()], saturate: Saturate, gains: Numbers) ->
 SIGNALS = {"depth": Column("depth", "1", "sliding variable as a share of the boundary layer")}
 
 
-def build(parameters: Parameters) -> Law:
+def build(parameters: Parameters) -> Controller:
     """A law without a state of its own."""
     del parameters
-    return Law(lambda seen, gains: (), respond, SIGNALS)
+    return Controller(lambda seen, gains: (), respond, SIGNALS)
 
 
 COMPONENT = Component(Parameters, build)
