@@ -20,7 +20,7 @@ from pydantic import model_validator
 from rvjax.campaign import Model, Quantity, scalar
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.physics.dynamics import Relative, relative
-from rvjax.physics.state import Numbers, Seen
+from rvjax.physics.state import Measurement, Numbers
 from rvjax.physics.vectors import (
     Channels,
     Scalar,
@@ -118,13 +118,13 @@ class Tracking(NamedTuple):
     omega: Vector
 
 
-def tracking(shaped: bool, seen: Seen, gains: Numbers) -> Tracking:
+def tracking(shaped: bool, seen: Measurement, gains: Numbers) -> Tracking:
     """z₂ and the known factors of Y. Gains used: k1, k_sigma, v_max_m_s (shaped only)."""
     known = relative(seen.motion, seen.target, seen.alpha_t, seen.port)
     return following(seen, known, *virtual_velocity(shaped, seen, known, gains))
 
 
-def following(seen: Seen, known: Relative, alpha1: Channels, alpha1_rate: Channels) -> Tracking:
+def following(seen: Measurement, known: Relative, alpha1: Channels, alpha1_rate: Channels) -> Tracking:
     """The same about any virtual velocity and its rate; about zero z₂ is (ν, ω), and M times its rate is Yθ + u + d."""
     return Tracking(
         alpha1=alpha1,
@@ -135,7 +135,7 @@ def following(seen: Seen, known: Relative, alpha1: Channels, alpha1_rate: Channe
     )
 
 
-def virtual_velocity(shaped: bool, seen: Seen, known: Relative, gains: Numbers) -> tuple[Channels, Channels]:
+def virtual_velocity(shaped: bool, seen: Measurement, known: Relative, gains: Numbers) -> tuple[Channels, Channels]:
     """((α_ν, α_ω), their rates), with ρ̇ = ν − Ω×ρ and σ̇ = G(σ)ω."""
     rho, sigma = seen.motion.rho, seen.motion.sigma
     rho_rate = seen.motion.nu - cross(known.omega_p, rho)
@@ -208,7 +208,7 @@ def bound_rate(z: Channels, bound: Channels, width: Channels, limit: Channels, g
     return each(project, bound, growth, 0.0, limit * gains.bound_share)
 
 
-def mean_limit(seen: Seen) -> Channels:
+def mean_limit(seen: Measurement) -> Channels:
     """u = (u⁺ + u⁻)/2 of the nominal limits [N, N·m]."""
     return (seen.upper + seen.lower) * 0.5
 

@@ -57,7 +57,7 @@ class Plant(NamedTuple):
     thrust: Thrusts | tuple[()] = ()
 
 
-class Seen(NamedTuple):
+class Measurement(NamedTuple):
     """What a controller may look at: the measured motion, what a cooperative target sends, and nominal limits.
 
     alpha_t: angular acceleration of the target, in T [rad/s²]; port: docking point δ, in T [m];

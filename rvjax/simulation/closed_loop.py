@@ -25,10 +25,10 @@ from rvjax.components.controllers.interface import Controller, Response
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.faults.interface import Fault
 from rvjax.components.metrics.interface import Rules
-from rvjax.components.navigation.interface import Instrument
+from rvjax.components.navigation.interface import NavigationError
 from rvjax.physics.dynamics import motion_rate, relative, target_alpha, target_rate
 from rvjax.physics.saturation import Saturation, saturate
-from rvjax.physics.state import Motion, Numbers, Plant, Seen, State, Step, TargetMotion, Tick
+from rvjax.physics.state import Measurement, Motion, Numbers, Plant, State, Step, TargetMotion, Tick
 from rvjax.physics.thruster_allocation import Gear
 from rvjax.physics.vectors import Channels, Scalar, Thrusts, Vector, cross, each, shadow
 
@@ -44,7 +44,7 @@ class Loop(NamedTuple):
     saturation: Saturation
     faults: tuple[Fault, ...]
     disturbances: tuple[Disturbance, ...]
-    navigation: tuple[Instrument, ...] = ()
+    navigation: tuple[NavigationError, ...] = ()
     sampling: int = 0
     gear: Gear | None = None
 
@@ -135,9 +135,9 @@ def alpha(target: TargetMotion, plant: Plant) -> Vector:
     return target_alpha(target.w, plant.target_inertia, plant.target_inertia_inverse)
 
 
-def seen(t: Scalar, motion: Motion, target: TargetMotion, alpha_t: Vector, drawn: Drawn) -> Seen:
+def seen(t: Scalar, motion: Motion, target: TargetMotion, alpha_t: Vector, drawn: Drawn) -> Measurement:
     """What the controller gets: the measured motion and what a cooperative target sends."""
-    return Seen(t, motion, target, alpha_t, drawn.plant.port, drawn.upper, drawn.lower)
+    return Measurement(t, motion, target, alpha_t, drawn.plant.port, drawn.upper, drawn.lower)
 
 
 def measured(
@@ -153,7 +153,7 @@ def measured(
 
 
 def commands(
-    loop: Loop, drawn: Drawn, view: Seen, own: Any, actuators: Any, control: Sampled | tuple[()], tick: Tick | None
+    loop: Loop, drawn: Drawn, view: Measurement, own: Any, actuators: Any, control: Sampled | tuple[()], tick: Tick | None
 ) -> tuple[Response, Sampled | tuple[()]]:
     """The controller's response to what it sees now, or to what it saw at its last instant (zero-order hold).
 

@@ -26,7 +26,7 @@ import jax.numpy as jnp
 from rvjax.campaign import Quantity
 from rvjax.columns import AXES, CHANNELS, Column
 from rvjax.components.controllers.interface import WRENCH, Controller
-from rvjax.physics.state import Motion, Numbers, Seen, Step, TargetMotion
+from rvjax.physics.state import Measurement, Motion, Numbers, Step, TargetMotion
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, dot, each, largest, norm
 
 
@@ -145,11 +145,11 @@ def reported(law: Controller, gains: Mapping[str, Quantity]) -> Mapping[str, Any
     vector = Vector(one, one, one)
     channels = Channels(vector, vector)
     motion = Motion(vector, vector, vector, vector)
-    seen = Seen(one, motion, TargetMotion(vector, vector, vector), vector, vector, channels, channels)
+    seen = Measurement(one, motion, TargetMotion(vector, vector, vector), vector, vector, channels, channels)
     shapes = {"vector": vector, "channels": channels}
     numbers = Numbers({name: shapes.get(gain.shape, one) for name, gain in gains.items()})
 
-    def signals(seen: Seen, numbers: Numbers) -> Mapping[str, Any]:
+    def signals(seen: Measurement, numbers: Numbers) -> Mapping[str, Any]:
         return law.respond(seen, law.start(seen, numbers), lambda v: (v, v), numbers).report.signals
 
     return jax.eval_shape(signals, seen, numbers)

@@ -18,7 +18,7 @@ from rvjax.physics import backstepping
 from rvjax.physics.differentiators import DIFFERENTIATORS
 from rvjax.physics.nussbaum import GAINS
 from rvjax.physics.saturation import SATURATIONS, saturate
-from rvjax.physics.state import Numbers, Seen
+from rvjax.physics.state import Measurement, Numbers
 from rvjax.physics.vectors import Channels, Symmetric, Vector, dot
 from rvjax.simulation import closed_loop
 from tests import flights
@@ -71,7 +71,7 @@ def one() -> Any:
     return flights.lane(flights.draw(flights.gains("saturated-adaptive") | flights.GENTLE, 300.0, 0.05), 0)
 
 
-def seen(one: Any) -> Seen:
+def seen(one: Any) -> Measurement:
     plant = one.plant
     alpha_t = closed_loop.target_alpha(one.target.w, plant.target_inertia, plant.target_inertia_inverse)
     return closed_loop.seen(jnp.asarray(0.0), one.motion, one.target, alpha_t, one)

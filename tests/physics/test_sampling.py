@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rvjax.components.controllers.interface import Controller, Response
-from rvjax.physics.state import Numbers, Report, Seen, State
+from rvjax.physics.state import Measurement, Numbers, Report, State
 from rvjax.physics.vectors import Channels, Vector
 from rvjax.simulation import closed_loop, flight
 from rvjax.simulation.closed_loop import Drawn, Loop
@@ -21,7 +21,7 @@ H = 0.0625
 STEPS = 9
 
 
-def respond(seen: Seen, memory: Vector, saturate: Any, gains: Numbers) -> Response:
+def respond(seen: Measurement, memory: Vector, saturate: Any, gains: Numbers) -> Response:
     """Proportional, derivative and integral: an own state that is integrated."""
     del saturate, gains
     force = seen.motion.rho * -0.3 - seen.motion.nu * 4.0 - memory * 0.02 + seen.target.w * seen.t
@@ -69,7 +69,9 @@ def test_a_sampled_flight_is_the_one_written_by_hand(every: int) -> None:
             look = closed_loop.seen(k * drawn.rules.step_s, y.motion, y.target, alpha_t, drawn)
             command = respond(look, y.control, None, drawn.gains).command
 
-        def held(seen: Seen, memory: Vector, saturate: Any, gains: Numbers, look: Any = look, command: Any = command) -> Response:
+        def held(
+            seen: Measurement, memory: Vector, saturate: Any, gains: Numbers, look: Any = look, command: Any = command
+        ) -> Response:
             return respond(look, memory, saturate, gains)._replace(command=command)
 
         stepping = closed._replace(law=Controller(LAW.start, held))

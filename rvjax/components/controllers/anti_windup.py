@@ -32,7 +32,7 @@ from rvjax.physics.backstepping import (
     nominal,
     tracking,
 )
-from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, Scalar, Symmetric
 
 
@@ -61,12 +61,12 @@ class Control(NamedTuple):
     zeta: Channels
 
 
-def start(seen: Seen, gains: Numbers) -> Control:
+def start(seen: Measurement, gains: Numbers) -> Control:
     """θ̂(0) from the gains, ζ = 0."""
     return Control(*nominal(gains), seen.upper * 0.0)
 
 
-def respond(seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of (θ̂, ζ)."""
     now = tracking(True, seen, gains)
     now = now._replace(z2=now.z2 - state.zeta / Channels.pair(gains.mass_guess_kg, gains.inertia_guess_kgm2))

@@ -41,7 +41,7 @@ from rvjax.physics.backstepping import (
     virtual_velocity,
 )
 from rvjax.physics.dynamics import Relative, relative
-from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, cross, mrp_rate
 
 
@@ -82,7 +82,7 @@ class Control(NamedTuple):
     xi2: Channels
 
 
-def start(seen: Seen, gains: Numbers) -> Control:
+def start(seen: Measurement, gains: Numbers) -> Control:
     """θ̂(0) from the gains, α_f = α, α̇_f = ξ = 0."""
     zero = seen.upper * 0.0
     known = relative(seen.motion, seen.target, seen.alpha_t, seen.port)
@@ -90,13 +90,13 @@ def start(seen: Seen, gains: Numbers) -> Control:
     return Control(*nominal(gains), alpha, zero, zero, zero)
 
 
-def virtual(seen: Seen, known: Relative, x: Channels, gains: Numbers) -> Channels:
+def virtual(seen: Measurement, known: Relative, x: Channels, gains: Numbers) -> Channels:
     """A(x)."""
     there = seen._replace(motion=seen.motion._replace(rho=x.force, sigma=x.torque))
     return virtual_velocity(True, there, known, gains)[0]
 
 
-def respond(seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of (θ̂, α_f, α̇_f, ξ)."""
     known = relative(seen.motion, seen.target, seen.alpha_t, seen.port)
     sigma = seen.motion.sigma

@@ -34,7 +34,7 @@ from rvjax.physics.backstepping import (
     tracking,
 )
 from rvjax.physics.dynamics import relative
-from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels
 
 
@@ -61,7 +61,7 @@ class Control(NamedTuple):
     p: Channels
 
 
-def free(seen: Seen) -> Tracking:
+def free(seen: Measurement) -> Tracking:
     """x₂ in the place of z₂, and Y₀ in that of Y."""
     zero = seen.upper * 0.0
     return following(seen, relative(seen.motion, seen.target, seen.alpha_t, seen.port), zero, zero)
@@ -73,12 +73,12 @@ def momentum(now: Tracking, gains: Numbers) -> Channels:
     return Channels.pair(*slope) * now.z2
 
 
-def start(seen: Seen, gains: Numbers) -> Control:
+def start(seen: Measurement, gains: Numbers) -> Control:
     """D̂ = 0."""
     return Control(-momentum(free(seen), gains))
 
 
-def respond(seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of p."""
     theta, plant = nominal(gains), free(seen)
     estimate = state.p + momentum(plant, gains)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from rvjax.columns import Column
-from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels
 
 WRENCH = "N, N·m"
@@ -36,6 +36,6 @@ class Controller(NamedTuple):
     signals: unit and meaning of each signal of its report; the unit WRENCH is that of the channel.
     """
 
-    start: Callable[[Seen, Numbers], Any]
-    respond: Callable[[Seen, Any, Saturate, Numbers], Response]
+    start: Callable[[Measurement, Numbers], Any]
+    respond: Callable[[Measurement, Any, Saturate, Numbers], Response]
     signals: Mapping[str, Column] = {}

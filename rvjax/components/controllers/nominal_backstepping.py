@@ -30,7 +30,7 @@ from rvjax.physics.backstepping import (
     nominal,
     tracking,
 )
-from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Scalar, Symmetric, each
 
 
@@ -55,13 +55,13 @@ class Control(NamedTuple):
     inertia: Symmetric
 
 
-def start(seen: Seen, gains: Numbers) -> Control:
+def start(seen: Measurement, gains: Numbers) -> Control:
     """θ̂(0) from the gains."""
     del seen
     return Control(*nominal(gains))
 
 
-def respond(seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of θ̂."""
     del saturate
     now = tracking(True, seen, gains)

@@ -15,7 +15,7 @@ from rvjax.components.controllers.interface import Controller, Response, Saturat
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import NominalGains
 from rvjax.physics.dynamics import relative
-from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, cross
 
 
@@ -34,7 +34,7 @@ class Parameters(Model):
     gains: Gains = part(default={}, doc="gains")
 
 
-def respond(seen: Seen, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
+def respond(seen: Measurement, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
     """v = (f, τ); the controller has no state of its own."""
     del saturate
     motion = seen.motion

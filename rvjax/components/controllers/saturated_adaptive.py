@@ -43,7 +43,7 @@ from rvjax.physics.backstepping import (
 )
 from rvjax.physics.differentiators import DIFFERENTIATORS
 from rvjax.physics.nussbaum import GAINS
-from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, each, split
 
 
@@ -83,14 +83,14 @@ class Control(NamedTuple):
     zeta1: Channels
 
 
-def start(options: Parameters, seen: Seen, gains: Numbers) -> Control:
+def start(options: Parameters, seen: Measurement, gains: Numbers) -> Control:
     """v = χ = D̂ = ζ₁ = 0, m̂ and Ĵ = Ĵ₀ I from the gains, ζ₀ = α₂(0)."""
     zero = seen.upper * 0.0
     state = Control(zero, zero, *nominal(gains), zero, zero, zero)
     return state._replace(zeta0=virtual_wrench(options, seen, state, gains)[0])
 
 
-def virtual_wrench(options: Parameters, seen: Seen, state: Control, gains: Numbers) -> tuple[Channels, Control]:
+def virtual_wrench(options: Parameters, seen: Measurement, state: Control, gains: Numbers) -> tuple[Channels, Control]:
     """α₂, and the rates of m̂, Ĵ and D̂ (the other rates zero)."""
     now = tracking(options.shaped, seen, gains)
     fade = jnp.exp(-gains.epsilon_decay * seen.t) if options.epsilon == "decaying" else 1.0
@@ -110,7 +110,7 @@ def virtual_wrench(options: Parameters, seen: Seen, state: Control, gains: Numbe
     return alpha2, rates
 
 
-def respond(options: Parameters, seen: Seen, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(options: Parameters, seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of (v, χ, θ̂, D̂, ζ)."""
     alpha2, rates = virtual_wrench(options, seen, state, gains)
     limit = mean_limit(seen)

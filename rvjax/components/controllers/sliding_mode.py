@@ -20,7 +20,7 @@ from rvjax.columns import Column
 from rvjax.components.controllers.interface import Controller, Response, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import GuidanceGains, NominalGains, model, nominal, tracking
-from rvjax.physics.state import Numbers, Report, Seen
+from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, each
 
 
@@ -39,7 +39,7 @@ class Parameters(Model):
     gains: Gains = part(default={}, doc="gains")
 
 
-def respond(seen: Seen, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
+def respond(seen: Measurement, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
     """v; the controller has no state of its own."""
     del saturate
     now = tracking(True, seen, gains)

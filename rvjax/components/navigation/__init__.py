@@ -1,4 +1,4 @@
-"""Navigation errors: one file = one member. A component's `build(parameters)` gives an `Instrument`
+"""Navigation errors: one file = one member. A component's `build(parameters)` gives an `NavigationError`
 (`rvjax.components.navigation.interface`).
 
 They stand, in the order of the campaign, between the true relative motion and what the controller sees. Without one, navigation

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from rvjax.campaign import Model, Quantity, vector
-from rvjax.components.navigation.interface import Instrument, displaced
+from rvjax.components.navigation.interface import NavigationError, displaced
 from rvjax.components.registry import Component
 from rvjax.physics.state import Motion, Numbers
 from rvjax.physics.vectors import Scalar
@@ -31,4 +31,4 @@ def see(t: Scalar, motion: Motion, memory: Any, numbers: Numbers) -> Motion:
     return displaced(motion, numbers)
 
 
-COMPONENT = Component(Parameters, lambda parameters: Instrument(see))
+COMPONENT = Component(Parameters, lambda parameters: NavigationError(see))

@@ -11,7 +11,7 @@ from __future__ import annotations
 from functools import partial
 
 from rvjax.campaign import Model, count
-from rvjax.components.navigation.interface import Instrument
+from rvjax.components.navigation.interface import NavigationError
 from rvjax.components.registry import Component
 from rvjax.physics.state import Motion, Numbers, Tick
 from rvjax.physics.vectors import Scalar
@@ -48,9 +48,9 @@ def see(t: Scalar, motion: Motion, memory: Past, numbers: Numbers) -> Motion:
     return memory[-1]
 
 
-def build(parameters: Parameters) -> Instrument:
+def build(parameters: Parameters) -> NavigationError:
     """With so many steps."""
-    return Instrument(see, partial(start, parameters.steps), keep)
+    return NavigationError(see, partial(start, parameters.steps), keep)
 
 
 COMPONENT = Component(Parameters, build)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 
 from rvjax.campaign import Model, Quantity, vector
-from rvjax.components.navigation.interface import Instrument
+from rvjax.components.navigation.interface import NavigationError
 from rvjax.components.registry import Component
 from rvjax.physics.noise import normals
 from rvjax.physics.state import Motion, Numbers, Tick
@@ -51,4 +51,4 @@ def see(t: Scalar, motion: Motion, memory: Vector, numbers: Numbers) -> Motion:
     return motion._replace(omega=motion.omega + memory)
 
 
-COMPONENT = Component(Parameters, lambda parameters: Instrument(see, start, keep), noisy=True)
+COMPONENT = Component(Parameters, lambda parameters: NavigationError(see, start, keep), noisy=True)

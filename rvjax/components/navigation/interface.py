@@ -12,7 +12,7 @@ from rvjax.physics.state import Motion, Numbers, Tick
 from rvjax.physics.vectors import Scalar, Vector, compose
 
 
-class Instrument(NamedTuple):
+class NavigationError(NamedTuple):
     """see(t, motion, memory, numbers) → the motion as it is measured.
 
     motion: as it comes from the error before, the true one for the first. start(motion, numbers) → memory before the first step;

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rvjax.campaign import Model, Quantity, vector
-from rvjax.components.navigation.interface import Instrument, displaced
+from rvjax.components.navigation.interface import NavigationError, displaced
 from rvjax.components.registry import Component
 from rvjax.physics.noise import normals
 from rvjax.physics.state import Motion, Numbers, Tick
@@ -53,4 +53,4 @@ def see(t: Scalar, motion: Motion, memory: Errors, numbers: Numbers) -> Motion:
     return displaced(motion, memory)
 
 
-COMPONENT = Component(Parameters, lambda parameters: Instrument(see, start, keep), noisy=True)
+COMPONENT = Component(Parameters, lambda parameters: NavigationError(see, start, keep), noisy=True)
