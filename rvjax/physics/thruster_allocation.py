@@ -65,7 +65,7 @@ class Allocation(NamedTuple):
         return self.follow(w, self.solve(w))
 
 
-class Gear(NamedTuple):
+class ThrusterSystem(NamedTuple):
     """Structure of thrusters. wrench(f) → B f [N, N·m]."""
 
     allocation: Allocation

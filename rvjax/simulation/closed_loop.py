@@ -29,7 +29,7 @@ from rvjax.components.navigation.interface import NavigationError
 from rvjax.physics.dynamics import motion_rate, relative, target_alpha, target_rate
 from rvjax.physics.saturation import Saturation, saturate
 from rvjax.physics.state import Measurement, Motion, Numbers, Plant, State, Step, TargetMotion, Tick
-from rvjax.physics.thruster_allocation import Gear
+from rvjax.physics.thruster_allocation import ThrusterSystem
 from rvjax.physics.vectors import Channels, Scalar, Thrusts, Vector, cross, each, shadow
 
 
@@ -46,7 +46,7 @@ class Loop(NamedTuple):
     disturbances: tuple[Disturbance, ...]
     navigation: tuple[NavigationError, ...] = ()
     sampling: int = 0
-    gear: Gear | None = None
+    gear: ThrusterSystem | None = None
 
 
 class Drawn(NamedTuple):

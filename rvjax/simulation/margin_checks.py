@@ -23,7 +23,7 @@ Controller = tuple[Controller, Mapping[str, Quantity]]
 
 
 @dataclass(frozen=True)
-class Offered:
+class AvailableSignals:
     """signals: of a flight under the controller, by name. known: whether its own signals are among them; baselines: the signals
     under each other controller, by its name. thrusters: how many fly, None where nobody knows."""
 
@@ -35,7 +35,7 @@ class Offered:
     @classmethod
     def of(
         cls, controller: Controller | None, baselines: Mapping[str, Controller], measured: bool, thrusters: int | None
-    ) -> Offered:
+    ) -> AvailableSignals:
         """controller: None where the campaign says nothing right about it. measured: whether there are navigation errors."""
 
         def flown(one: Controller | None) -> dict[str, Signal]:

@@ -23,11 +23,11 @@ from rvjax.components.metrics.interface import Metric
 from rvjax.components.registry import FAMILY_OF, component, members
 from rvjax.errors import CampaignError, Finding
 from rvjax.physics.saturation import SATURATIONS
-from rvjax.physics.thruster_allocation import Allocation, Gear, bounded_least_squares, pseudo_inverse, wrench
+from rvjax.physics.thruster_allocation import Allocation, ThrusterSystem, bounded_least_squares, pseudo_inverse, wrench
 from rvjax.simulation import requirement_checks
 from rvjax.simulation.closed_loop import Loop
 from rvjax.simulation.dispersions import Dispersions, resolve
-from rvjax.simulation.margin_checks import Controller, Offered, controller_of
+from rvjax.simulation.margin_checks import AvailableSignals, Controller, controller_of
 from rvjax.simulation.temporal_margins import folded
 
 NEVER = Fixed(1e30)
@@ -142,14 +142,14 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
     )
 
 
-def _gear(thrusters: Thrusters) -> Gear:
+def _gear(thrusters: Thrusters) -> ThrusterSystem:
     """Allocation by the nominal layout, and what its thrusts give."""
     layout = thrusters.geometry
     allocations: Mapping[str, Callable[[], Allocation]] = {
         "bounded-least-squares": lambda: bounded_least_squares(layout),
         "pseudo-inverse": lambda: pseudo_inverse(layout, thrusters.centre),
     }
-    return Gear(allocations[thrusters.allocation](), wrench(layout))
+    return ThrusterSystem(allocations[thrusters.allocation](), wrench(layout))
 
 
 def _entries(source: Source) -> Iterator[tuple[str, Place, dict[str, Any]]]:
@@ -203,7 +203,7 @@ def _late_onsets(model: FaultParameters, place: Place, source: Source) -> list[F
     return [source.finding((*place, "onset_s"), found, f"accepted: an onset below {duration:g} s")]
 
 
-def _offered(source: Source, parameters: Mapping[Place, Model], actuators: tuple[str, ...]) -> Offered:
+def _offered(source: Source, parameters: Mapping[Place, Model], actuators: tuple[str, ...]) -> AvailableSignals:
     """The signals of the flights of a campaign, as far as it says of its controllers and actuators what is right."""
     said: Mapping[str, Any] = source.value or {}
     baselines = said.get("baselines")
@@ -214,7 +214,7 @@ def _offered(source: Source, parameters: Mapping[Place, Model], actuators: tuple
         if (own := parameters.get(place)) is not None:
             laws[place] = controller_of(component("controllers", use).build(own), own.quantities())
     named = zip(entry_names(others), (laws.get(("baselines", index)) for index in range(len(others))), strict=True)
-    return Offered.of(
+    return AvailableSignals.of(
         laws.get(("controller",)),
         {name: law for name, law in named if law is not None},
         bool(said.get("navigation")),
