@@ -25,7 +25,7 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from benchmarks.scan import build, resume
-from rvjax.components.samplers import basis_of
+from rvjax.components.samplers import sampling_design_of
 from rvjax.run_folder import RunFolder
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
@@ -107,7 +107,7 @@ def said(seconds: float) -> str:
 
 def measure(campaign: Path) -> Costs:
     """Everything but Dask's figures on the campaign's own chunks, all on one thread."""
-    from rvjax.analysis.accumulator import Fold
+    from rvjax.analysis.accumulator import RunAccumulator
     from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
     from rvjax.execution.identity import identity, provenance
     from rvjax.simulation.batch import LANES
@@ -129,7 +129,7 @@ def measure(campaign: Path) -> Costs:
             read = {chunk: next(folder.tables([chunk])) for chunk in chunks}
             read_back = each(chunks, lambda chunk: next(folder.tables([chunk])))
         began = time.perf_counter()
-        fold = Fold(problem.spec.require, basis_of(problem.spec))
+        fold = RunAccumulator(problem.spec.require, sampling_design_of(problem.spec))
         for chunk in range(MANY):
             _, frame, columns = read[chunks[chunk % FLOWN]]
             fold.add(chunk, frame.assign(sample=range(chunk * LANES, (chunk + 1) * LANES)), columns)

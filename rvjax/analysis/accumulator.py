@@ -1,4 +1,4 @@
-"""Fold: the samples of a run as they come, into all that its report and its verdicts need."""
+"""RunAccumulator: the samples of a run as they come, into all that its report and its verdicts need."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from rvjax.campaign import Keep, Requirement
 from rvjax.columns import Column
 from rvjax.run_folder.manifest import Entry
 from rvjax.run_folder.verdict_columns import Extract
-from rvjax.stats.sampling_design import Basis
+from rvjax.stats.sampling_design import SamplingDesign
 
 
-class Fold:
+class RunAccumulator:
     """Totals and verdicts of a run, chunk by chunk, in any order: from a folder, or beside the flying."""
 
-    def __init__(self, require: Iterable[Requirement], basis: Basis, keep: Keep | None = None) -> None:
+    def __init__(self, require: Iterable[Requirement], basis: SamplingDesign, keep: Keep | None = None) -> None:
         self.totals = Totals(keep)
         self._tallies = tallies(basis, require)
         self._extract = Extract()

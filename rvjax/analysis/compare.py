@@ -32,7 +32,7 @@ from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import MANY, success_of
 from rvjax.campaign import Requirement, Spec
 from rvjax.columns import Column
-from rvjax.components.samplers import basis_of
+from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import UsageError
 from rvjax.run_folder import BASELINES, OUTCOMES
 from rvjax.stats import Estimate, Pairs
@@ -164,7 +164,7 @@ def compare(
     folders = folder_of(Path(a)), folder_of(Path(b))
     specs = campaign_of(folders[0]), campaign_of(folders[1])
     for folder, spec in zip(folders, specs, strict=True):
-        if not isinstance(basis := basis_of(spec), Independent):
+        if not isinstance(basis := sampling_design_of(spec), Independent):
             raise UsageError(f"{folder.path}: {basis.sentence}; accepted: runs with sampler: {{use: monte-carlo}}")
     requirements = _successes(specs[0])
     wanted: dict[tuple[str, float], None] = {}

@@ -169,7 +169,7 @@ def judge(folder: Path, output: Output, tell: Tell) -> int:
 def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: Output, tell: Tell, file: Path) -> int:
     """Prints verdicts, and tells them to whoever runs this. file: the campaign, on whose lines they are annotated."""
     from rvjax.analysis.verdicts import campaign_of, exit_code
-    from rvjax.components.samplers import basis_of
+    from rvjax.components.samplers import sampling_design_of
     from rvjax.run_folder import RunFolder
 
     counts = {name: count for name, count in vars(account).items() if name != "requested"}
@@ -179,7 +179,7 @@ def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: O
     output.verdicts(verdicts)
     opened = RunFolder.open(folder)
     campaign = campaign_of(opened)
-    if sentence := basis_of(campaign).sentence:
+    if sentence := sampling_design_of(campaign).sentence:
         output.text(sentence)
     output.text(f"report: {folder / 'report.html'}")
     worst = tell.worst(opened, verdicts, output)

@@ -14,12 +14,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rvjax.analysis.accumulator import Fold
+from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.analysis.run_totals import Totals, wanted
 from rvjax.analysis.verdicts import Verdict, campaign_of
 from rvjax.campaign import Spec
 from rvjax.campaign.choice import Choice
-from rvjax.components.samplers import basis_of
+from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import UsageError
 from rvjax.execution.audit import prove
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
@@ -86,7 +86,7 @@ def _run(
     crew: ExecutorFactory,
     baseline: Callable[[str], None] | None,
     until_decided: bool = False,
-) -> tuple[Path, Account, Fold]:
+) -> tuple[Path, Account, RunAccumulator]:
     """As `run`; returns the folder, how the samples ended, and all that was folded of them. baseline: None where one flies."""
     problem = load(path, overrides)
     jax_config.configure(problem.spec.precision)
@@ -103,7 +103,7 @@ def _run(
     described = (mine, provenance(command, overrides), spec.source.text, samples, spec.name)
     folder = RunFolder.resume(place, *described, LANES, inputs) if before else RunFolder.create(place, *described, inputs)
     opened(place)
-    fold = Fold(spec.require, basis_of(spec), spec.keep)
+    fold = RunAccumulator(spec.require, sampling_design_of(spec), spec.keep)
     with folder:
         pilot = ChunkRunner(problem, mine)
         _fly(pilot, folder, fold, crew, progress, baseline is None)
@@ -164,7 +164,9 @@ def _same_plan(folder: RunFolder, mine: Mapping[str, Any]) -> None:
         )
 
 
-def _fly(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: ExecutorFactory, progress: Progress, baseline: bool) -> None:
+def _fly(
+    pilot: ChunkRunner, folder: RunFolder, fold: RunAccumulator, crew: ExecutorFactory, progress: Progress, baseline: bool
+) -> None:
     """Flies the chunks that the folder lacks, and folds them and those that were there. One of these that turns out to be
     damaged is flown again."""
     chunks = math.ceil(folder.requested / LANES)
@@ -180,7 +182,7 @@ def _fly(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: ExecutorFactor
         unread.clear()
 
 
-def _fly_missing(pilot: ChunkRunner, folder: RunFolder, fold: Fold, crew: ExecutorFactory, progress: Progress) -> None:
+def _fly_missing(pilot: ChunkRunner, folder: RunFolder, fold: RunAccumulator, crew: ExecutorFactory, progress: Progress) -> None:
     """Flies the chunks that are missing, commits each as it comes, and folds it."""
     samples, total = folder.requested, max(folder.requested, pilot.problem.spec.samples)
     missing = folder.missing(math.ceil(samples / LANES), ENVELOPE_CHUNKS)

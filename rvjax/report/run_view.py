@@ -16,19 +16,19 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax.analysis.accumulator import Fold
+from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.analysis.run_totals import Totals, metric
 from rvjax.analysis.verdicts import Verdict, campaign_of
 from rvjax.campaign import Spec
 from rvjax.columns import CHANNELS
-from rvjax.components.samplers import basis_of
+from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import FolderError, IncompleteError
 from rvjax.report.blocks import Number
 from rvjax.report.number_format import count
 from rvjax.run_folder import BASELINES, Account, Audited, Column, RunFolder
 from rvjax.run_folder.manifest import Entry
 from rvjax.stats.quantile_sketch import Sketch
-from rvjax.stats.sampling_design import Basis
+from rvjax.stats.sampling_design import SamplingDesign
 
 CONFIDENCE = 0.95
 """Of every two-sided interval in the report; a requirement brings its own."""
@@ -53,7 +53,7 @@ class Run:
     totals: Totals
     head: pd.DataFrame
     account: Account
-    basis: Basis
+    basis: SamplingDesign
     verdicts: Sequence[Verdict]
     envelopes: pd.DataFrame
     traces: Mapping[int, pd.DataFrame]
@@ -155,13 +155,13 @@ def open_run(path: str | Path) -> Run:
     """
     folder = RunFolder.open(path)
     campaign = campaign_of(folder)
-    fold = Fold(campaign.require, basis_of(campaign), campaign.keep)
+    fold = RunAccumulator(campaign.require, sampling_design_of(campaign), campaign.keep)
     for chunk, frame, columns in folder.tables():
         fold.add(chunk, frame, columns)
     return opened(folder, fold, campaign)
 
 
-def opened(folder: RunFolder, fold: Fold, campaign: Spec, others: Mapping[str, Totals] | None = None) -> Run:
+def opened(folder: RunFolder, fold: RunAccumulator, campaign: Spec, others: Mapping[str, Totals] | None = None) -> Run:
     """The run of a folder whose samples have been folded; reads envelopes and the traces that are shown, no samples. others: of
     the baselines whose samples have been folded, too, their totals by name; the samples of the others are read.
 
@@ -179,7 +179,7 @@ def opened(folder: RunFolder, fold: Fold, campaign: Spec, others: Mapping[str, T
         totals=totals,
         head=totals.head,
         account=totals.account(folder.requested),
-        basis=basis_of(campaign),
+        basis=sampling_design_of(campaign),
         verdicts=fold.verdicts,
         envelopes=folder.envelopes(),
         traces={sample: folder.trace(sample) for sample in overlaid},

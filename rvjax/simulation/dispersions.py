@@ -16,7 +16,7 @@ from rvjax.campaign.draw_names import Names, covers
 from rvjax.campaign.law_words import in_words
 from rvjax.campaign.variables import Variable
 from rvjax.columns import ALEATORY, EPISTEMIC, Column
-from rvjax.components.samplers import basis_of
+from rvjax.components.samplers import sampling_design_of
 from rvjax.components.samplers.copula import Correlated, Group
 from rvjax.components.samplers.interface import PLACE, Points, Sampler, Samples, Scheme, Setting
 from rvjax.errors import CampaignError, Finding
@@ -92,7 +92,7 @@ def _unknown_kinds(spec: Spec, names: Names) -> Iterator[Finding]:
 
 def _unjudgeable(spec: Spec) -> Iterator[Finding]:
     """Requirements on samples that no verdict can be issued on."""
-    if spec.require and not isinstance(basis_of(spec), Independent):
+    if spec.require and not isinstance(sampling_design_of(spec), Independent):
         found = f"requirements on samples of {spec.sampler.use}, which are not independent"
         accepted = "accepted: none, or sampler: {use: monte-carlo}"
         yield spec.source.finding(("require",), found, accepted, key=True)

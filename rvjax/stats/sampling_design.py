@@ -1,4 +1,4 @@
-"""Basis: what the samples of a run are, and so what may be said of the law that they were drawn from.
+"""SamplingDesign: what the samples of a run are, and so what may be said of the law that they were drawn from.
 
     Independent     independent draws of the campaign's law: shares and quantiles have intervals, requirements have verdicts
     Exploration     a plan that fills the space of the draws: what was observed, and nothing beyond
@@ -103,7 +103,7 @@ class Exploration:
         return ""
 
 
-Basis: TypeAlias = Independent | Exploration
+SamplingDesign: TypeAlias = Independent | Exploration
 
 
 def _spearman(x: NDArray[np.float64], y: NDArray[np.float64]) -> float | None:

@@ -341,7 +341,7 @@ def test_only_independent_samples_have_bounds() -> None:
     assert tallies(Exploration(), []).verdicts() == ()
     assert Exploration().quantile([1.0, 2.0, 3.0], 0.5, 0.95) == Observed(2.0, 3)
     assert Exploration().band(10, 0.95) is None
-    assert samplers.basis_of(problem("{use: sobol}", 8).spec) == Exploration()
+    assert samplers.sampling_design_of(problem("{use: sobol}", 8).spec) == Exploration()
 
 
 def test_a_plan_is_of_a_number_of_samples(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from rvjax.analysis import verdicts
-from rvjax.analysis.accumulator import Fold
+from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.analysis.run_totals import HEAD
 from rvjax.errors import FolderError
 from rvjax.report import build, plotting, write
@@ -152,7 +152,7 @@ def test_worst_samples_and_onsets_are_those_of_all(folder: Path, table: pd.DataF
     text = (folder / "report.md").read_text()
     shown = re.findall(r"^\| (\d+) \| \*\*not\\?_finite\*\*", text, re.MULTILINE)
     assert [int(sample) for sample in shown] == lost["sample"].iloc[:10].tolist()
-    fold = Fold([], Independent())
+    fold = RunAccumulator([], Independent())
     for part in RunFolder.open(folder).tables():
         fold.add(*part)
     onsets = table.filter(regex=r"draw\.faults\..*onset").to_numpy()
@@ -169,7 +169,7 @@ def test_chunks_in_any_order_give_the_same_bytes(folder: Path) -> None:
 
     before, here = contents(), RunFolder.open(folder)
     campaign = verdicts.campaign_of(here)
-    fold = Fold(campaign.require, Independent(), campaign.keep)
+    fold = RunAccumulator(campaign.require, Independent(), campaign.keep)
     for number, frame, columns in reversed(list(here.tables())):
         fold.add(number, frame, columns)
     aside = folder / "samples"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rvjax.analysis.run_totals import Ledger
 from rvjax.analysis.verdicts.tally import tallies
 from rvjax.campaign import load
-from rvjax.components.samplers import basis_of
+from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import IncompleteError, UsageError
 from rvjax.run_folder import CAMPAIGN, Account, RunFolder
 
@@ -52,7 +52,7 @@ def reckon(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
             f"{path}: {missing} of {folder.requested} samples are missing; `rvjax run` with the same --out flies them"
         )
     campaign, ledger = campaign_of(folder), Ledger()
-    counted, columns = tallies(basis_of(campaign), campaign.require), folder.columns()
+    counted, columns = tallies(sampling_design_of(campaign), campaign.require), folder.columns()
     needed = counted.columns(list(columns))
     for chunk, frame, begins in folder.extracted(needed) or folder.some(["sample", "outcome", *needed]):
         ledger.add(chunk, frame, columns)

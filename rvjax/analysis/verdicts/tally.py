@@ -11,7 +11,7 @@ from rvjax.analysis.verdicts.share_tally import ShareTally
 from rvjax.columns import Column
 from rvjax.errors import UsageError
 from rvjax.run_folder import Samples
-from rvjax.stats.sampling_design import Basis, Exploration, Independent
+from rvjax.stats.sampling_design import Exploration, Independent, SamplingDesign
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,7 +84,7 @@ class Unjudged:
 
 
 @singledispatch
-def tallies(basis: Basis, requirements: Iterable[Requirement]) -> Tallies | Unjudged:
+def tallies(basis: SamplingDesign, requirements: Iterable[Requirement]) -> Tallies | Unjudged:
     """The fold of samples that stand on a basis: one that judges only if they are independent."""
     raise TypeError(f"{basis} is no basis")
 

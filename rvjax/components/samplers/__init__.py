@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rvjax.campaign import Spec
 from rvjax.components.registry import component
-from rvjax.stats.sampling_design import Basis
+from rvjax.stats.sampling_design import SamplingDesign
 
 MEMBERS = {
     "monte-carlo": "rvjax.components.samplers.monte_carlo",
@@ -16,6 +16,6 @@ MEMBERS = {
 }
 
 
-def basis_of(spec: Spec) -> Basis:
+def sampling_design_of(spec: Spec) -> SamplingDesign:
     """What the samples of a campaign are, and so what may be said of them."""
     return component("samplers", spec.sampler.use).basis

@@ -16,7 +16,7 @@ from rvjax.campaign.draw_names import Names
 from rvjax.campaign.problems import Problem
 from rvjax.components.registry import Component, P
 from rvjax.stats.random_streams import uniforms
-from rvjax.stats.sampling_design import Basis
+from rvjax.stats.sampling_design import SamplingDesign
 
 Values = NDArray[np.float64]
 Samples = NDArray[np.int64]
@@ -69,7 +69,7 @@ class Scheme:
 class Sampling(Component[P]):
     """basis: what may be said of samples that are drawn so."""
 
-    basis: Basis = field(kw_only=True)
+    basis: SamplingDesign = field(kw_only=True)
 
 
 PLACE = ("sampler",)

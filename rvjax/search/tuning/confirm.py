@@ -24,7 +24,7 @@ from rvjax.analysis.verdicts import judge_all
 from rvjax.analysis.verdicts.compliance import complies
 from rvjax.analysis.verdicts.sentences import title
 from rvjax.campaign import Requirement, Spec
-from rvjax.components.samplers import basis_of
+from rvjax.components.samplers import sampling_design_of
 from rvjax.run_folder import RunFolder
 from rvjax.run_folder.tuning_record import Confirmation, Confirmed, Interval, Kept
 from rvjax.search.tuning.objective import Judge, Measure
@@ -116,7 +116,7 @@ def _resampled(difference: Callable[[NDArray[np.int64]], float], n: int, confide
 
 def _kept(requirements: Sequence[Requirement], new: pd.DataFrame, old: pd.DataFrame, spec: Spec) -> list[Kept]:
     """The verdicts on both, and of a share how many samples comply with one alone."""
-    basis = basis_of(spec)
+    basis = sampling_design_of(spec)
     assert isinstance(basis, Independent), "a tuning is of independent samples"
     verdicts = [judge_all(requirements, frame, basis) for frame in (new, old)]
     found: list[Kept] = []

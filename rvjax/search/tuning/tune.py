@@ -25,7 +25,7 @@ from rvjax.campaign.plain_values import describe
 from rvjax.campaign.tuning import Tuning
 from rvjax.campaign.tuning_parameters import Log, is_free
 from rvjax.components.registry import component, members
-from rvjax.components.samplers import basis_of
+from rvjax.components.samplers import sampling_design_of
 from rvjax.components.search_methods.interface import Method, Task
 from rvjax.errors import CampaignError, Finding, FolderError
 from rvjax.execution import run
@@ -58,7 +58,7 @@ def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tun
     """The space, the section, the method and its parameters. CampaignError with every finding."""
     space, tuning = Space.of(path, overrides)
     source, findings = space.problem.spec.source, []
-    if not isinstance(basis := basis_of(space.problem.spec), Independent):
+    if not isinstance(basis := sampling_design_of(space.problem.spec), Independent):
         accepted = "accepted: sampler: {use: monte-carlo}, without which nothing is confirmed"
         findings.append(source.finding(("sampler",), basis.sentence, accepted))
     method, parameters = None, None
