@@ -127,7 +127,7 @@ class Fixed:
         return Block(self.seed, samples, self.numbers)
 
 
-class Hunt:
+class WorstCaseSearch:
     """A campaign, and the coordinates of its draws that are searched; the others stay at their medians."""
 
     def __init__(self, problem: Problem, requirement: Requirement, vary: Sequence[str] = ()) -> None:
@@ -239,7 +239,7 @@ class Hunt:
         return np.where(self._reading.chosen(frame), np.where(frame["outcome"] == "not_finite", np.nan, margin), math.inf)
 
 
-def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, vary: Sequence[str] = ()) -> Hunt:
+def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, vary: Sequence[str] = ()) -> WorstCaseSearch:
     """What is searched. number: of the requirement, from 1. vary: beginnings of names of draws; all by default.
 
     CampaignError with every finding; UsageError where there is no such requirement, no such draw, or nothing is drawn.
@@ -257,11 +257,11 @@ def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, va
             raise UsageError(f"--vary {one}: no draw of this campaign; {did_you_mean(one, names)}")
     if not names:
         raise UsageError(f"{path}: nothing is drawn; accepted: a campaign with at least one distribution")
-    return Hunt(problem, required[number - 1], vary)
+    return WorstCaseSearch(problem, required[number - 1], vary)
 
 
 def worst(
-    hunt: Hunt,
+    hunt: WorstCaseSearch,
     flights: int,
     seed: int = 0,
     radius: float | None = None,
@@ -322,7 +322,7 @@ def worst(
     )
 
 
-def export(hunt: Hunt, found: Worst, folder: Path, overrides: Sequence[str] = ()) -> Path:
+def export(hunt: WorstCaseSearch, found: Worst, folder: Path, overrides: Sequence[str] = ()) -> Path:
     """Writes the cases found as a campaign of few samples, the worst first, with the numbers that decide their draws; returns its
     path. With noise in flight only the worst one, which is sample 0, has the noise that it was found with."""
     spec = hunt.problem.spec

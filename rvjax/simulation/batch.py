@@ -25,7 +25,7 @@ from rvjax.components.metrics.interface import Metric
 from rvjax.physics.state import Step
 from rvjax.simulation import closed_loop, flight, jax_config
 from rvjax.simulation.closed_loop import Drawn, Loop
-from rvjax.simulation.flight import Carry, Glance
+from rvjax.simulation.flight import Carry, EnvelopePoint
 
 LANES = 416
 """Samples of one chunk. A constant, because the last bits of a result may depend on it.
@@ -47,7 +47,7 @@ class Flown(NamedTuple):
 
     values: Mapping[str, NDArray[np.float64]]
     lost_s: NDArray[np.float64]
-    glances: list[Glance]
+    glances: list[EnvelopePoint]
     steps: list[Step]
 
 
@@ -98,7 +98,7 @@ class Flyer:
         Raises CancelledError after `stop`.
         """
         programs, numbers, carry = self._begun(drawn, device or devices()[0])
-        glances: list[Glance] = []
+        glances: list[EnvelopePoint] = []
         kept: list[Step] = []
         chosen = np.asarray(trace, dtype=np.int64)
 

@@ -33,7 +33,7 @@ class Carry(NamedTuple):
     lost_s: Scalar
 
 
-class Glance(NamedTuple):
+class EnvelopePoint(NamedTuple):
     """|ρ| [m], |ν| [m/s], |σ|, |ω| [rad/s], and the commanded wrench [N, N·m]."""
 
     rho: Scalar
@@ -81,11 +81,11 @@ def observe(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> Step:
     return opened(evaluate, drawn, carry, k)[1]
 
 
-def glance(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> Glance:
+def glance(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> EnvelopePoint:
     """What envelopes over time show of step k."""
     now = observe(evaluate, drawn, carry, k)
     motion = now.motion
-    return Glance(norm(motion.rho), norm(motion.nu), norm(motion.sigma), norm(motion.omega), now.commanded)
+    return EnvelopePoint(norm(motion.rho), norm(motion.nu), norm(motion.sigma), norm(motion.omega), now.commanded)
 
 
 def finish(

@@ -54,11 +54,11 @@ def campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def hunt(campaign: Path) -> worst_case.Hunt:
+def hunt(campaign: Path) -> worst_case.WorstCaseSearch:
     return worst_case.prepare(campaign, number=2)
 
 
-def test_what_flies_is_what_the_numbers_say(hunt: worst_case.Hunt) -> None:
+def test_what_flies_is_what_the_numbers_say(hunt: worst_case.WorstCaseSearch) -> None:
     """The laws by formulas of their own, from z. Kills: coordinates that are mixed up, tails that are swapped, a copula that is
     left out, draws of streams in the place of those searched."""
     rng = np.random.default_rng(0)
@@ -166,7 +166,7 @@ def test_slopes_are_the_differences_of_flights(campaign: Path, number: int, full
     assert not settle.slope(settle.fly(z[None])[0]).any()
 
 
-def test_a_search_stays_in_its_ball_and_depends_on_its_seed_alone(hunt: worst_case.Hunt) -> None:
+def test_a_search_stays_in_its_ball_and_depends_on_its_seed_alone(hunt: worst_case.WorstCaseSearch) -> None:
     """Kills: a radius that is not kept, a default without any bound."""
     one, two, other = (worst_case.worst(hunt, 832, seed, radius=2.0) for seed in (1, 1, 2))
     assert one.history == two.history
