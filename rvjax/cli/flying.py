@@ -158,11 +158,11 @@ def fly(
 
 def judge(folder: Path, output: Output, tell: Tell) -> int:
     """Prints the verdicts of a run folder; returns the exit code."""
-    from rvjax.analysis.verdicts import reckon
+    from rvjax.analysis.verdicts import account_and_verdicts
 
     tell.begin()
     with tell.broken(folder.absolute().name):
-        found = reckon(folder)
+        found = account_and_verdicts(folder)
     return _show(folder, *found, output, tell, folder / "campaign.yaml")
 
 

@@ -98,7 +98,7 @@ def _run(
     if before is not None:
         _may_go_on(before, mine, spec)
     early = until_decided and bool(spec.require) and all(one.method != "fixed" for one in spec.require)
-    first = _wave(0) if before is None else before.requested
+    first = _next_look(0) if before is None else before.requested
     samples = min(spec.samples, first) if early else spec.samples
     described = (mine, provenance(command, overrides), spec.source.text, samples, spec.name)
     folder = RunFolder.resume(place, *described, LANES, inputs) if before else RunFolder.create(place, *described, inputs)
@@ -108,7 +108,7 @@ def _run(
         pilot = ChunkRunner(problem, mine)
         _fly(pilot, folder, fold, crew, progress, baseline is None)
         while early and not fold.decided and folder.requested < spec.samples:
-            folder.grow(min(spec.samples, _wave(folder.requested)))
+            folder.grow(min(spec.samples, _next_look(folder.requested)))
             _fly_missing(pilot, folder, fold, crew, progress)
         _keep(pilot, folder, wanted(fold.totals))
         others: dict[str, Totals] = {}
@@ -123,7 +123,7 @@ def _run(
         return place, fold.totals.account(folder.requested), fold
 
 
-def _wave(flown: int) -> int:
+def _next_look(flown: int) -> int:
     """So many samples are to be there at the next look at whether all is decided: a quarter more, or a chunk for each core."""
     chunks = flown // LANES
     return LANES * (chunks + max(jax_config.cores(), chunks // 4))
@@ -170,14 +170,14 @@ def _fly(
     """Flies the chunks that the folder lacks, and folds them and those that were there. One of these that turns out to be
     damaged is flown again."""
     chunks = math.ceil(folder.requested / LANES)
-    folder.weed(["envelopes"])
+    folder.quarantine_damaged(["envelopes"])
     unread = {chunk.number for chunk in folder.chunks}
     if folder.missing(chunks, ENVELOPE_CHUNKS):
         folder.keep_audit(prove(pilot.problem, pilot.flyer, baseline).record)
     while (missing := folder.missing(chunks, ENVELOPE_CHUNKS)) or unread:
         if missing:
             _fly_missing(pilot, folder, fold, crew, progress)
-        for table in folder.sift(sorted(unread.difference(missing))):  # a damaged one is missing from then on
+        for table in folder.read_valid_chunks(sorted(unread.difference(missing))):  # a damaged one is missing from then on
             fold.add(*table)
         unread.clear()
 
@@ -204,7 +204,7 @@ def _fly_missing(pilot: ChunkRunner, folder: RunFolder, fold: RunAccumulator, cr
 
 def _keep(pilot: ChunkRunner, folder: RunFolder, samples: Sequence[int]) -> None:
     """Flies samples again and keeps their flights, thinned, in place of those that were kept before."""
-    folder.weed(["traces"])
+    folder.quarantine_damaged(["traces"])
     kept = set(folder.trace_samples())
     folder.drop_traces(kept.difference(samples))
     new = [sample for sample in samples if sample not in kept]

@@ -117,7 +117,7 @@ class RunFolder:
 
         What is not part of the identity (name, requirements, provenance) is from now on what is given here. Names and sizes of
         all files are looked at: one that is missing or of another size counts as missing and goes to `quarantine/`, one that
-        did not reach the manifest is taken in. What they hold is compared when they are read (`sift`). Where `samples` grows,
+        did not reach the manifest is taken in. What they hold is compared when they are read (`read_valid_chunks`). Where `samples` grows,
         a last chunk of fewer than `lanes` samples, which was cut short, is flown anew.
         FolderError where the identity differs (saying in what), UsageError where more samples were requested before or
         another process writes there.
@@ -279,7 +279,7 @@ class RunFolder:
         self._store.verify(chunks)
         return [(chunks[0].number, *found)]
 
-    def sift(self, chunks: Iterable[int]) -> Iterator[tuple[int, pd.DataFrame, dict[str, Column]]]:
+    def read_valid_chunks(self, chunks: Iterable[int]) -> Iterator[tuple[int, pd.DataFrame, dict[str, Column]]]:
         """As `tables`; a chunk whose file is damaged is left out, set aside, and missing from then on."""
         damaged: list[Key] = []
         for chunk in chunks:
@@ -339,7 +339,7 @@ class RunFolder:
         tables = [self._table(key)[0] for key in self._store.keys("envelopes")]
         return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
-    def weed(self, parts: Iterable[Part]) -> None:
+    def quarantine_damaged(self, parts: Iterable[Part]) -> None:
         """Reads files of envelopes or traces; damaged ones are set aside."""
         self._store.set_aside([key for part in parts for key in self._store.keys(part) if self._store.complaint(key)])
 

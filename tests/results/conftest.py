@@ -55,8 +55,8 @@ def history(index: int, requested: int = 10) -> pd.DataFrame:
 def lacking(folder: RunFolder, requested: int = 10) -> list[int]:
     """The chunks that are missing, damaged ones among them, as a run finds out."""
     count = -(-requested // LANES)
-    folder.weed(["envelopes", "traces"])
-    for _ in folder.sift([entry.number for entry in folder.chunks]):
+    folder.quarantine_damaged(["envelopes", "traces"])
+    for _ in folder.read_valid_chunks([entry.number for entry in folder.chunks]):
         pass
     return folder.missing(count, envelopes=count)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rvjax.analysis.verdicts import judge_folder, reckon
+from rvjax.analysis.verdicts import account_and_verdicts, judge_folder
 from rvjax.errors import FolderError
 from rvjax.report import build
 from rvjax.run_folder import RunFolder
@@ -49,7 +49,7 @@ def used(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
 def test_it_gives_the_verdicts_of_the_chunks(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Kills: an extract that is not used, samples in another order, outcomes mixed up."""
     read = used(monkeypatch)
-    account, verdicts = reckon(folder)
+    account, verdicts = account_and_verdicts(folder)
     assert not read
     assert account == RunFolder.open(folder).account()
     assert tuple(verdict.text for verdict in verdicts) == without(folder)

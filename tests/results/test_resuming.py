@@ -293,7 +293,11 @@ def test_a_file_that_may_not_be_read_is_no_damage(finished: Path, monkeypatch: p
 
     with resume(finished, 10) as folder:
         monkeypatch.setattr(Path, "read_bytes", refused)
-        for reading in (lambda: folder.weed(["envelopes"]), lambda: list(folder.sift([0])), folder.verify):
+        for reading in (
+            lambda: folder.quarantine_damaged(["envelopes"]),
+            lambda: list(folder.read_valid_chunks([0])),
+            folder.verify,
+        ):
             with pytest.raises(FolderError, match="give yourself access"):
                 reading()
         monkeypatch.undo()

@@ -14,7 +14,7 @@ import pytest
 from scipy import stats as oracle
 
 from rvjax.analysis import verdicts
-from rvjax.analysis.verdicts import Tallies, exit_code, judge_folder, reckon
+from rvjax.analysis.verdicts import Tallies, account_and_verdicts, exit_code, judge_folder
 from rvjax.campaign import Requirement
 from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.run_folder import Account, Column, RunFolder, Samples
@@ -175,7 +175,7 @@ def test_a_finished_folder_is_judged_by_its_own_campaign(tmp_path: Path) -> None
             folder.commit(chunk, table, columns)
     (verdict,) = judge_folder(tmp_path / "run")
     assert (verdict.verdict, verdict.n, verdict.limit) == ("PASS", 8, 0.6)
-    assert reckon(tmp_path / "run") == (Account(8, 8, 0, 0, 0), (verdict,))
+    assert account_and_verdicts(tmp_path / "run") == (Account(8, 8, 0, 0, 0), (verdict,))
     with (tmp_path / "run" / "campaign.yaml").open("a") as file:
         file.write("# edited\n")
     with pytest.raises(FolderError, match=r"campaign\.yaml: damaged or edited"):

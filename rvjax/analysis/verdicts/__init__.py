@@ -20,7 +20,7 @@ that is not finite, or whose metric is NaN, complies with nothing. A campaign pa
 correction of the confidence. Methods and sources: `rvjax.stats`.
 """
 
-from rvjax.analysis.verdicts.folders import campaign_of, judge_folder, reckon
+from rvjax.analysis.verdicts.folders import account_and_verdicts, campaign_of, judge_folder
 from rvjax.analysis.verdicts.tally import Tallies, Unjudged, judge, judge_all, tallies
 from rvjax.analysis.verdicts.verdict import Evidence, Verdict, exit_code
 
@@ -34,6 +34,6 @@ __all__ = [
     "judge",
     "judge_all",
     "judge_folder",
-    "reckon",
+    "account_and_verdicts",
     "tallies",
 ]

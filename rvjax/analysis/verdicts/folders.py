@@ -36,11 +36,11 @@ def campaign_of(folder: RunFolder) -> Spec:
 
 
 def judge_folder(path: str | Path) -> tuple[Verdict, ...]:
-    """The verdict of a finished run on each requirement of its campaign; errors as of `reckon`."""
-    return reckon(path)[1]
+    """The verdict of a finished run on each requirement of its campaign; errors as of `account_and_verdicts`."""
+    return account_and_verdicts(path)[1]
 
 
-def reckon(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
+def account_and_verdicts(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
     """How the samples of a finished run ended, and the verdict on each requirement of its campaign, in one pass.
 
     FolderError where the folder is none or is damaged. IncompleteError where samples are missing: a verdict on those
