@@ -24,7 +24,7 @@ import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 from numpy.typing import NDArray
 
-from rvjax.analysis.verdicts.compliance import Reading, complies
+from rvjax.analysis.verdicts.compliance import RequirementEvaluator, complies
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import title
 from rvjax.columns import Column
@@ -117,7 +117,7 @@ def _document(folder: RunFolder) -> dict[str, Any]:
     campaign, columns = campaign_of(folder), folder.columns()
     drawn = [name for name in columns if name.startswith("draw.") and not name.startswith("draw.controller.")]
     shown = [name for name in METRICS if f"metric.{name}" in columns]
-    readings = [Reading(one) for one in campaign.require if not one.mean]
+    readings = [RequirementEvaluator(one) for one in campaign.require if not one.mean]
     needed = dict.fromkeys([*drawn, *(f"metric.{name}" for name in shown)])
     for reading in readings:
         needed |= dict.fromkeys(reading.columns(list(columns)))
@@ -150,7 +150,7 @@ def _digest(values: Values) -> list[float]:
     return [float(finite[0]), float(finite[-1]), float(finite.mean()), float(finite.size)] if finite.size else []
 
 
-def _marks(reading: Reading, frame: pd.DataFrame) -> str:
+def _marks(reading: RequirementEvaluator, frame: pd.DataFrame) -> str:
     """1 where a sample complies, or is not of the class."""
     return "".join("1" if one else "0" for one in complies(reading.requirement, frame))
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.analysis.run_totals import SETTLING, worst_first
-from rvjax.analysis.verdicts.compliance import Reading
+from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.columns import Column
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ class _Search:
     """For the worst sample of one requirement, through one table after the other. names: the columns that it needs."""
 
     def __init__(self, requirement: Requirement, columns: Mapping[str, Column]) -> None:
-        self._columns, self._reading = columns, Reading(requirement)
+        self._columns, self._reading = columns, RequirementEvaluator(requirement)
         needed = self._reading.columns(list(columns))
         if not self._reading.of_metric:
             needed += [name for name in _ORDER if name in columns and name not in needed]

@@ -27,7 +27,7 @@ from rvjax.campaign.plain_values import Place, is_list, is_mapping
 from rvjax.campaign.quantity import COMPONENTS
 from rvjax.campaign.thruster_layout import thruster_names
 from rvjax.errors import AuditError, CampaignError
-from rvjax.execution.audit_readback import Reading, readings
+from rvjax.execution.audit_readback import ReadBack, readings
 from rvjax.run_folder import Audited
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES, Flyer
@@ -182,7 +182,7 @@ def _own(draws: Draws, beginning: str) -> list[tuple[str, Values]]:
     return [(name, values) for name, values in draws.values.items() if covers(beginning, name)]
 
 
-def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[dict[str, str], list[Reading]]:
+def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[dict[str, str], list[ReadBack]]:
     """The streams that acted in one of their pairs, each with what it changed, and what was read back of all lanes."""
     samples = np.resize(np.repeat([sample for _, sample in pairs], 2), LANES).astype(np.int64)
     names = [name for name, _ in pairs]
@@ -191,7 +191,7 @@ def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[
         moved[name][2 * place + 1] = True
     draws, drawn = Draws.of(problem, samples, moved)
     acted: dict[str, str] = {}
-    read: list[Reading] = []
+    read: list[ReadBack] = []
 
     def look(numbers: Drawn, carry: Carry) -> bool:
         if not read:
@@ -230,7 +230,7 @@ def _shares(leaf: Values) -> Values:
     return np.where(same, -1.0, np.where(np.isnan(share), np.inf, share))
 
 
-def _unlike(reading: Reading) -> str:
+def _unlike(reading: ReadBack) -> str:
     """What is wrong with a reading, in words; empty where nothing is."""
     digits = np.finfo(jax_config.precision()).eps
     table = reading.table.astype(jax_config.precision()) if reading.exact else reading.table

@@ -37,7 +37,7 @@ WELL = 20.0
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadBack:
     """One number of the flight, in every lane: as the table has it, and as the compiled program has it.
 
     columns: the draws that it comes from. exact: it is the draw itself, in the precision of the flight.
@@ -49,12 +49,12 @@ class Reading:
     exact: bool = True
 
 
-def readings(problem: Problem, draws: Draws, numbers: Drawn) -> list[Reading]:
+def readings(problem: Problem, draws: Draws, numbers: Drawn) -> list[ReadBack]:
     """Everything that was drawn; numbers: what the compiled program has in hand."""
     return [reading for reading in (*_direct(problem, draws, numbers), *_derived(problem, draws, numbers)) if reading.columns]
 
 
-def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
     plant, motion = numbers.plant, numbers.motion
     named: dict[str, Any] = {
         "pursuer.mass_kg": plant.mass,
@@ -84,27 +84,27 @@ def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]
         yield from _schedule(draws, part, own)
 
 
-def _one(draws: Draws, name: str, value: Any) -> Iterator[Reading]:
+def _one(draws: Draws, name: str, value: Any) -> Iterator[ReadBack]:
     """A scalar, or the components of a vector, of the channels or of the thrusters, as far as they are drawn."""
     parts = value.parts() if hasattr(value, "parts") else (value,)
     known = {len(components): components for components in COMPONENTS.values() if components}
     components = ("",) if len(parts) == 1 else known.get(len(parts)) or thruster_names(len(parts))
     for component, inside in zip(components, parts, strict=True):
         if (own := f"{name}.{component}".rstrip(".")) in draws.values:
-            yield Reading((own,), draws.values[own], inside)
+            yield ReadBack((own,), draws.values[own], inside)
 
 
-def _schedule(draws: Draws, part: Part, own: Any) -> Iterator[Reading]:
+def _schedule(draws: Draws, part: Part, own: Any) -> Iterator[ReadBack]:
     """How many channels fail."""
     if (name := f"{part.prefix}.schedule.failing") in draws.values:
         begins = [onset < NEVER.value for onset in own["onset_s"].parts()]
-        yield Reading((name,), draws.values[name], np.sum(begins, axis=0))
+        yield ReadBack((name,), draws.values[name], np.sum(begins, axis=0))
     for what in ("count", "probability"):  # they decide the onsets, which are read
         if (name := f"{part.prefix}.schedule.{what}") in draws.values:
-            yield Reading((name,), draws.values[name], draws.values[name])
+            yield ReadBack((name,), draws.values[name], draws.values[name])
 
 
-def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
     spec, plant = problem.spec, numbers.plant
     actuators = spec.actuators.quantities("actuators")
     if isinstance(plant.thrust, Thrusts) and isinstance(spec.actuators, Thrusters):
@@ -118,7 +118,7 @@ def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading
         for (limit, *first), (factor, *second), inside in zip(
             nominal, _said(draws, spread, actuators[spread]), true.parts(), strict=True
         ):
-            yield Reading((*first, *second), limit * factor, inside, exact=False)
+            yield ReadBack((*first, *second), limit * factor, inside, exact=False)
     found = ((plant.inertia, plant.inertia_inverse), (plant.target_inertia, plant.target_inertia_inverse))
     for body, (inertia, inverse) in zip(bodies(spec), found, strict=True):
         yield from _body(draws, body, inertia, inverse)
@@ -135,7 +135,7 @@ def _said(draws: Draws, name: str, quantity: Quantity) -> list[tuple[Any, ...]]:
     ]
 
 
-def _body(draws: Draws, body: Body, true: Any, inverse: Any) -> Iterator[Reading]:
+def _body(draws: Draws, body: Body, true: Any, inverse: Any) -> Iterator[ReadBack]:
     """The inertia about the centre of mass, and that its inverse is one where it is a body's: a moved draw may make none."""
     expected, columns = _inertia(draws, body.path, body.inertia)
     if body.beside:
@@ -151,14 +151,14 @@ def _body(draws: Draws, body: Body, true: Any, inverse: Any) -> Iterator[Reading
     plain = isinstance(body.inertia, MatrixInertia) and not body.beside
     own = [tuple(column) for said in entries for _, *column in said] if plain else [columns] * len(places)
     for (i, j), those in zip(places, own, strict=True):
-        yield Reading(those, expected[:, i, j], inside[:, i, j], exact=plain)
+        yield ReadBack(those, expected[:, i, j], inside[:, i, j], exact=plain)
     sizes = np.linalg.eigvalsh(inside)
     clear = sizes[:, 0] * WELL > sizes[:, 2]
     product = np.where(clear[:, None, None], inside @ _matrix(inverse), np.eye(3))
     for i, j in np.ndindex(3, 3):
-        yield Reading(columns, draws.same(float(i == j)), product[:, i, j], exact=False)
+        yield ReadBack(columns, draws.same(float(i == j)), product[:, i, j], exact=False)
     if (name := f"{body.path}.rejected") in draws.values:  # it counts what does not fly
-        yield Reading((name,), draws.values[name], draws.values[name])
+        yield ReadBack((name,), draws.values[name], draws.values[name])
 
 
 def _inertia(draws: Draws, name: str, inertia: PrincipalInertia | MatrixInertia) -> tuple[Values, tuple[str, ...]]:
@@ -187,18 +187,18 @@ def _matrix(symmetric: Any) -> Values:
     return np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3)
 
 
-def _rules(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+def _rules(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
     """The docking axis, and the last onset inside the flight, as the metrics have them."""
     port = _said(draws, "target.port_m", problem.spec.target.port_m)
     columns = tuple(column for _, *drawn in port for column in drawn)
     vector = np.stack([value for value, *_ in port], axis=-1)
     length = np.linalg.norm(vector, axis=-1, keepdims=True)
     for row, inside in zip((vector / np.where(length > 0.0, length, 1.0)).T, numbers.rules.axis.parts(), strict=True):
-        yield Reading(columns, row, inside, exact=False)
+        yield ReadBack(columns, row, inside, exact=False)
     onsets = [one for part in problem.faults for one in _said(draws, f"{part.prefix}.onset_s", part.quantities["onset_s"])]
     inside = [np.where(x <= problem.spec.horizon.duration_s, x, -np.inf) for x, *_ in onsets]
     columns = tuple(column for _, *drawn in onsets for column in drawn)
-    yield Reading(columns, np.max([draws.same(-np.inf), *inside], axis=0), numbers.rules.last_onset_s)
+    yield ReadBack(columns, np.max([draws.same(-np.inf), *inside], axis=0), numbers.rules.last_onset_s)
 
 
 def _rodrigues(axis: Values, angle: Values) -> Values:
@@ -222,7 +222,7 @@ def _from_mrp(sigma: Values) -> Values:
     return _rodrigues(axis, 4.0 * np.arctan(size))
 
 
-def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
+def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
     target = problem.spec.target
     said = {
         "semi_major_axis_m": _said(draws, "target.orbit.semi_major_axis_m", target.orbit.semi_major_axis_m)[0],
@@ -244,4 +244,4 @@ def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[Reading]:
     for vector, inside in ((where, numbers.target.r), (motion, numbers.target.v)):
         expected = np.einsum("nij,nj->ni", turn, vector)
         for row, values in zip(expected.T, inside.parts(), strict=True):
-            yield Reading(columns, row, values, exact=False)
+            yield ReadBack(columns, row, values, exact=False)

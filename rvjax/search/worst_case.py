@@ -29,7 +29,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import special
 
-from rvjax.analysis.verdicts.compliance import Reading
+from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.sentences import success_of
 from rvjax.campaign import Requirement
 from rvjax.campaign.distribution_notation import did_you_mean
@@ -132,7 +132,7 @@ class WorstCaseSearch:
 
     def __init__(self, problem: Problem, requirement: Requirement, vary: Sequence[str] = ()) -> None:
         self.problem, self.requirement = problem, requirement
-        self._reading = Reading(requirement)
+        self._reading = RequirementEvaluator(requirement)
         self._columns = {f"metric.{name}": column for name, column in problem.metric_columns.items()}
         self._reading.columns(
             [*self._columns, *(f"draw.{name}" for name in (*problem.dispersions.columns, *counted(problem.spec)))]

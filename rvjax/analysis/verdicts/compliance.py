@@ -22,7 +22,7 @@ ANY = "any"
 """The worst channel."""
 
 
-class Reading:
+class RequirementEvaluator:
     """Reads a requirement's numbers from tables of the same columns."""
 
     def __init__(self, requirement: Requirement) -> None:
@@ -128,5 +128,5 @@ def complies(requirement: Requirement, frame: pd.DataFrame) -> NDArray[np.bool_]
 
     UsageError where the table lacks the metric, the channel, or a draw of the class.
     """
-    reading = Reading(requirement)
+    reading = RequirementEvaluator(requirement)
     return reading.comply(reading.values(frame, {})) | ~reading.chosen(frame)

@@ -12,7 +12,7 @@ import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.analysis.verdicts import sentences
-from rvjax.analysis.verdicts.compliance import Reading
+from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.verdict import Verdict, Word
 from rvjax.columns import Column
 from rvjax.stats import Estimate, bernstein_bounds, mean_interval
@@ -34,7 +34,7 @@ class MeanTally:
 
     def __init__(self, requirement: Requirement) -> None:
         self.requirement = requirement
-        self.reading = Reading(requirement)
+        self.reading = RequirementEvaluator(requirement)
         self._moments: dict[int, Moments] = {}
         self._values: dict[int, NDArray[np.float64]] | None = {} if requirement.range is None else None
         self._lost = self._outside = self._complying = 0

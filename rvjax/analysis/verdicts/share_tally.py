@@ -12,7 +12,7 @@ import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.analysis.run_totals import AT_ONCE
 from rvjax.analysis.verdicts import sentences
-from rvjax.analysis.verdicts.compliance import Reading
+from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.verdict import Evidence, Verdict, Word
 from rvjax.columns import Column
 from rvjax.errors import UsageError
@@ -41,7 +41,7 @@ class ShareTally:
 
     def __init__(self, requirement: Requirement, basis: Independent) -> None:
         self.requirement = requirement
-        self.reading = Reading(requirement)
+        self.reading = RequirementEvaluator(requirement)
         self._basis = basis
         self._chunks: dict[int, tuple[int, int, int]] = {}
         self._sketch = Sketch()

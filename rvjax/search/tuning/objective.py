@@ -38,7 +38,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import special
 
-from rvjax.analysis.verdicts.compliance import Reading
+from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.campaign import Requirement
 from rvjax.campaign.tuning import Goal, Objective
 from rvjax.columns import Column
@@ -166,7 +166,7 @@ class Judge:
         self.requirements, self.measures = tuple(requirements), tuple(measures)
         self.goal: Goal = goal
         self._needed = [one.limit if fresh is None else needed(one, fresh) for one in requirements]
-        self._readings = [Reading(one) for one in requirements]
+        self._readings = [RequirementEvaluator(one) for one in requirements]
 
     def columns(self, names: Sequence[str]) -> list[str]:
         """The columns that it needs beside sample and outcome."""
@@ -206,7 +206,7 @@ class Judge:
         return [self._shortfall(one, reading, share, frame) for one, reading, share in required]
 
     @staticmethod
-    def _shortfall(requirement: Requirement, reading: Reading, share: float, frame: pd.DataFrame) -> float:
+    def _shortfall(requirement: Requirement, reading: RequirementEvaluator, share: float, frame: pd.DataFrame) -> float:
         values = reading.values(frame, {})[reading.chosen(frame)]
         if not values.size:
             return 0.0
@@ -240,7 +240,7 @@ class Judge:
         return all(self._shown(one, reading, frame) for one, reading in zip(self.requirements, self._readings, strict=True))
 
     @staticmethod
-    def _shown(requirement: Requirement, reading: Reading, frame: pd.DataFrame) -> bool:
+    def _shown(requirement: Requirement, reading: RequirementEvaluator, frame: pd.DataFrame) -> bool:
         values = reading.values(frame, {})[reading.chosen(frame)]
         if not requirement.mean:
             return clopper_pearson_lower(int(np.sum(reading.comply(values))), len(values), CONFIDENCE) >= requirement.limit
