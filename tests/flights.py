@@ -21,7 +21,7 @@ from rvjax.components.disturbances import constant, sinusoid
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.faults import bias, effectiveness
 from rvjax.components.faults.interface import fault
-from rvjax.components.metrics.interface import Rules
+from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.registry import component, members
 from rvjax.physics.dynamics import MU_EARTH
 from rvjax.physics.saturation import SATURATIONS
@@ -123,7 +123,7 @@ def draw(
             ),
         ),
         gains=Numbers({name: same(x) for name, x in numbers.items()}),
-        rules=Rules(
+        rules=MetricContext(
             tube_m=same(0.01),
             tube_mrp=same(2e-3),
             window_start_s=same(duration_s - window_s),

@@ -24,7 +24,7 @@ import jax.numpy as jnp
 from rvjax.components.controllers.interface import Controller, Response
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.faults.interface import Fault
-from rvjax.components.metrics.interface import Rules
+from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.navigation.interface import NavigationError
 from rvjax.physics.dynamics import motion_rate, relative, target_alpha, target_rate
 from rvjax.physics.saturation import Saturation, saturate
@@ -60,7 +60,7 @@ class Drawn(NamedTuple):
     faults: tuple[Numbers, ...]
     disturbances: tuple[Numbers, ...]
     gains: Numbers
-    rules: Rules
+    rules: MetricContext
     navigation: tuple[Numbers, ...] = ()
 
 

@@ -18,7 +18,7 @@ from rvjax.campaign import Quantity
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.schedule import Schedule
 from rvjax.columns import Column
-from rvjax.components.metrics.interface import Rules
+from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.samplers.interface import Points
 from rvjax.physics.dynamics import MU_EARTH
 from rvjax.physics.state import Motion, Numbers, Plant, TargetMotion
@@ -218,7 +218,7 @@ def _target(problem: Problem, draws: Draws) -> TargetMotion:
     )
 
 
-def _rules(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, ...]) -> Rules:
+def _rules(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, ...]) -> MetricContext:
     """What the metrics measure against. Without a docking axis (δ = 0) nothing is outside the approach cone."""
     spec = problem.spec
     duration = spec.horizon.duration_s
@@ -227,7 +227,7 @@ def _rules(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, 
         for onset in fault.onset_s.parts():
             last = np.where(onset <= duration, np.maximum(last, onset), last)
     length = np.sqrt(sum(part**2 for part in port.parts()))
-    return Rules(
+    return MetricContext(
         tube_m=draws.same(spec.capture.position_m),
         tube_mrp=draws.same(spec.capture.attitude_mrp),
         window_start_s=draws.same(duration - spec.capture.window_s),

@@ -62,27 +62,27 @@ from rvjax.campaign.formula import (
     parts_of,
 )
 from rvjax.columns import MARGIN, Column
-from rvjax.components.metrics.interface import Metric, Rules
+from rvjax.components.metrics.interface import Metric, MetricContext
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Scalar, norm
 from rvjax.simulation.signals import Signal
 
-State = Callable[[Step, Rules], Scalar]
+State = Callable[[Step, MetricContext], Scalar]
 """ρ(φ, t) of a formula without temporal operators."""
 
-Finished = Callable[[tuple[Any, ...], Rules], Scalar]
+Finished = Callable[[tuple[Any, ...], MetricContext], Scalar]
 """ρ(φ) of a flight, from what all watches have kept."""
 
 
 class Watch(NamedTuple):
     """One temporal operator as a fold: start(rules) → acc; update(acc, step, rules) → acc."""
 
-    start: Callable[[Rules], tuple[Scalar, ...]]
-    update: Callable[[tuple[Scalar, ...], Step, Rules], tuple[Scalar, ...]]
+    start: Callable[[MetricContext], tuple[Scalar, ...]]
+    update: Callable[[tuple[Scalar, ...], Step, MetricContext], tuple[Scalar, ...]]
 
 
 class Folded(NamedTuple):
-    """metric: of all margins. numbers: thresholds, scales and windows, which `Rules.margins` has for every sample."""
+    """metric: of all margins. numbers: thresholds, scales and windows, which `MetricContext.margins` has for every sample."""
 
     metric: Metric
     numbers: tuple[float, ...]
@@ -101,14 +101,14 @@ def folded(formulas: Mapping[str, Formula], signals: Mapping[str, Signal], step_
     }
     watches = tuple(made.watches)
 
-    def start(rules: Rules) -> tuple[Any, ...]:
+    def start(rules: MetricContext) -> tuple[Any, ...]:
         return tuple(watch.start(rules) for watch in watches)
 
-    def update(acc: tuple[Any, ...], step: Step, weight: Scalar, rules: Rules) -> tuple[Any, ...]:
+    def update(acc: tuple[Any, ...], step: Step, weight: Scalar, rules: MetricContext) -> tuple[Any, ...]:
         del weight
         return tuple(watch.update(own, step, rules) for watch, own in zip(watches, acc, strict=True))
 
-    def finish(acc: tuple[Any, ...], rules: Rules) -> Mapping[str, Scalar]:
+    def finish(acc: tuple[Any, ...], rules: MetricContext) -> Mapping[str, Scalar]:
         return {name: value(acc, rules) for name, value in values.items()}
 
     return Folded(Metric(columns, start, update, finish), tuple(made.numbers))
@@ -175,7 +175,7 @@ class _Maker:
         get, value, above = self._signals[formula.signal].get, self._number(formula.value), formula.above
         scale = None if formula.scale is None else self._number(formula.scale)
 
-        def margin(step: Step, rules: Rules) -> Scalar:
+        def margin(step: Step, rules: MetricContext) -> Scalar:
             room = get(step) - value(rules) if above else value(rules) - get(step)
             return room if scale is None else room / scale(rules)
 
@@ -187,7 +187,7 @@ class _Maker:
         start, end = self._number((first - 0.5) * self._step_s), self._number((behind + 0.5) * self._step_s)
         return lambda step, rules: (step.t > start(rules)) & (step.t < end(rules))
 
-    def _number(self, value: float) -> Callable[[Rules], Scalar]:
+    def _number(self, value: float) -> Callable[[MetricContext], Scalar]:
         place = len(self.numbers)
         self.numbers.append(value)
         return lambda rules: rules.margins[place]
@@ -196,7 +196,7 @@ class _Maker:
 def always(state: State, inside: State) -> Watch:
     """min ρ over the window."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: Rules) -> tuple[Scalar, ...]:
+    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
         return (jnp.where(inside(step, rules), jnp.minimum(acc[0], state(step, rules)), acc[0]),)
 
     return Watch(lambda rules: (_full(rules, jnp.inf),), update)
@@ -205,7 +205,7 @@ def always(state: State, inside: State) -> Watch:
 def eventually(state: State, inside: State) -> Watch:
     """max ρ over the window."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: Rules) -> tuple[Scalar, ...]:
+    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
         return (jnp.where(inside(step, rules), jnp.maximum(acc[0], state(step, rules)), acc[0]),)
 
     return Watch(lambda rules: (_full(rules, -jnp.inf),), update)
@@ -214,7 +214,7 @@ def eventually(state: State, inside: State) -> Watch:
 def time_share(state: State, inside: State) -> Watch:
     """(steps of the window at which ρ > 0, steps of the window)."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: Rules) -> tuple[Scalar, ...]:
+    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
         within = inside(step, rules)
         true = within & (state(step, rules) > 0.0)
         return acc[0] + jnp.where(true, 1.0, 0.0), acc[1] + jnp.where(within, 1.0, 0.0)
@@ -225,7 +225,7 @@ def time_share(state: State, inside: State) -> Watch:
 def until_settled(state: State) -> Watch:
     """(min ρ so far, the same up to the last step outside the tubes): the second one is min ρ over t < T."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: Rules) -> tuple[Scalar, ...]:
+    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
         lowest = jnp.minimum(acc[0], state(step, rules))
         settled = (norm(step.motion.rho) <= rules.tube_m) & (norm(step.motion.sigma) <= rules.tube_mrp)
         return lowest, jnp.where(settled, acc[1], lowest)
@@ -236,7 +236,7 @@ def until_settled(state: State) -> Watch:
 def until(hold: State, reach: State, inside: State) -> Watch:
     """(min ρ(φ) before this step, the best of min(ρ(ψ), that) in the window so far)."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: Rules) -> tuple[Scalar, ...]:
+    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
         held, best = acc
         reached = jnp.minimum(reach(step, rules), held)
         best = jnp.where(inside(step, rules), jnp.maximum(best, reached), best)
@@ -245,5 +245,5 @@ def until(hold: State, reach: State, inside: State) -> Watch:
     return Watch(lambda rules: (_full(rules, jnp.inf), _full(rules, -jnp.inf)), update)
 
 
-def _full(rules: Rules, value: float) -> Scalar:
+def _full(rules: MetricContext, value: float) -> Scalar:
     return jnp.full_like(rules.duration_s, value)

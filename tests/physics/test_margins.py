@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from rvjax.campaign.formula import Formula, Reader
 from rvjax.columns import CHANNELS, Column
-from rvjax.components.metrics.interface import Rules
+from rvjax.components.metrics.interface import MetricContext
 from rvjax.execution.replay import trace as flown_again
 from rvjax.physics.vectors import Vector
 from rvjax.simulation import tables
@@ -114,7 +114,7 @@ def fold(said: list[Mapping[str, Said]], made: list[Trace]) -> dict[str, Array]:
     all_of_them = [folded(read(one), SIGNALS, STEP_S) for one in said]
     metric = all_of_them[0].metric
     zero = jnp.zeros(())
-    rules = Rules(*(zero + 1.0,) * 4, zero, zero, Vector(zero, zero, zero), zero + STEP_S)
+    rules = MetricContext(*(zero + 1.0,) * 4, zero, zero, Vector(zero, zero, zero), zero + STEP_S)
 
     def flight(numbers: tuple[Any, ...], values: Any, outside: Any) -> Mapping[str, Any]:
         own = rules._replace(margins=numbers)

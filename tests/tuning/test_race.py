@@ -13,7 +13,7 @@ from scipy import stats as scipy_stats
 from rvjax.campaign.tuning import Objective
 from rvjax.columns import Column
 from rvjax.search.tuning.objective import Judge, Measure, Score
-from rvjax.search.tuning.race import Rules, Standing, crowding, front_of, ordered, race, ranks
+from rvjax.search.tuning.race import RaceSettings, Standing, crowding, front_of, ordered, race, ranks
 
 COLUMNS = {"metric.settling_time_s": Column("settling_time_s", "s", "", "lower")}
 SIZES = (32, 64, 128, 256, 512)
@@ -68,7 +68,7 @@ def test_the_race_has_the_winner_of_the_full_evaluation() -> None:
     shares: list[float] = []
     for seed in range(20):
         runners = field(seed, 64, 0.1)
-        came, over = race(range(64), runners, made, Rules(SIZES, 0.5, 0.05))
+        came, over = race(range(64), runners, made, RaceSettings(SIZES, 0.5, 0.05))
         assert not over
         shares.append(len(runners.flown) / (64 * SIZES[-1]))
         winner = min((one for one in came if not one.left), key=lambda one: one.score).candidate
@@ -88,7 +88,7 @@ def test_tests_alone_throw_the_best_out_seldom() -> None:
         rng = np.random.default_rng(seed)
         common, own = rng.normal(size=128), rng.normal(size=(8, 128))
         runners = Runners(lambda one, c=common, o=own: (one > 0) * 1e-3 + c + o[one])
-        came, _ = race(range(8), runners, made, Rules(SIZES[:3], 1.0, risk))
+        came, _ = race(range(8), runners, made, RaceSettings(SIZES[:3], 1.0, risk))
         thrown += came[0].left == "test"
         assert all(one.left in ("", "test") for one in came)
     assert thrown <= scipy_stats.binom.isf(1e-4, repeats, risk)
@@ -97,7 +97,7 @@ def test_tests_alone_throw_the_best_out_seldom() -> None:
 def test_the_incumbent_never_leaves_and_the_others_are_told_apart() -> None:
     """Kills: a best so far that is thrown out; a refused candidate that flies; ranks that mix rounds."""
     runners = field(5, 32, 0.3)
-    came, _ = race([*range(1, 32), 99], runners, judge(), Rules(SIZES, 0.25, 0.05), incumbent=0)
+    came, _ = race([*range(1, 32), 99], runners, judge(), RaceSettings(SIZES, 0.25, 0.05), incumbent=0)
     assert {k for one, k in runners.flown if one == 0} == set(range(SIZES[-1]))
     assert not any(one == 99 for one, _ in runners.flown)
     assert came[-1] == Standing(99, -1, 0, Score(np.inf, (np.inf,)), "refused")
@@ -124,7 +124,7 @@ def test_hard_samples_throw_out_who_fails_them_and_enter_no_score() -> None:
             return frame.assign(outcome=np.where((candidate == 1) & (samples >= 600), "not_finite", "captured"))
 
     runners = Lost(loss)
-    came, _ = race([1, 2], runners, judge(), Rules(SIZES, 1.0, 0.05, hard), incumbent=0)
+    came, _ = race([1, 2], runners, judge(), RaceSettings(SIZES, 1.0, 0.05, hard), incumbent=0)
     assert (came[0].left, came[0].round) == ("test", 0)
     assert came[1].left == ""
     assert came[0].score == judge().score(runners.table(1, np.arange(SIZES[0])))
@@ -137,12 +137,12 @@ def test_a_budget_ends_a_race_with_what_is_known() -> None:
     for rounds, budget in ((1, 16 * SIZES[0] + 10), (1, 5 * SIZES[0]), (0, SIZES[0] - 1), (2, 16 * SIZES[0] + 4 * SIZES[0])):
         runners = field(6, 16, 0.02)
         runners.budget = budget
-        came, over = race(range(16), runners, judge(), Rules(SIZES, 0.5, 0.05))
+        came, over = race(range(16), runners, judge(), RaceSettings(SIZES, 0.5, 0.05))
         assert over
         assert budget - SIZES[rounds] < len(runners.flown) <= budget
         assert {one.left for one in came} <= {"test", "halving", "budget"}
         assert max(one.samples for one in came) == ((0, *SIZES)[rounds] if rounds < 2 else SIZES[1])
-    came, over = race(range(1, 16), field(6, 16, 1.0), judge(), Rules(SIZES, 0.5, 0.05), 0, late=lambda: True)
+    came, over = race(range(1, 16), field(6, 16, 1.0), judge(), RaceSettings(SIZES, 0.5, 0.05), 0, late=lambda: True)
     assert over
     assert {one.left for one in came} == {"budget"}
 

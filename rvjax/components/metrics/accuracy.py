@@ -11,7 +11,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from rvjax.columns import Column
-from rvjax.components.metrics.interface import Metric, Rules
+from rvjax.components.metrics.interface import Metric, MetricContext
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Scalar, norm
 
@@ -32,12 +32,12 @@ class Accuracy(NamedTuple):
     worst: Errors
 
 
-def start(rules: Rules) -> Accuracy:
+def start(rules: MetricContext) -> Accuracy:
     zero = rules.duration_s * 0.0
     return Accuracy(Errors(zero, zero, zero, zero), Errors(zero, zero, zero, zero))
 
 
-def update(acc: Accuracy, step: Step, weight: Scalar, rules: Rules) -> Accuracy:
+def update(acc: Accuracy, step: Step, weight: Scalar, rules: MetricContext) -> Accuracy:
     """latest = now; worst = max(worst, now) inside the closing window."""
     del weight
     motion = step.motion
@@ -47,7 +47,7 @@ def update(acc: Accuracy, step: Step, weight: Scalar, rules: Rules) -> Accuracy:
     return Accuracy(now, worst)
 
 
-def finish(acc: Accuracy, rules: Rules) -> Mapping[str, Scalar]:
+def finish(acc: Accuracy, rules: MetricContext) -> Mapping[str, Scalar]:
     """The eight numbers; angles in degrees."""
     del rules
     values: dict[str, Scalar] = {}

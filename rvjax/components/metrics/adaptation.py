@@ -8,7 +8,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from rvjax.columns import Column
-from rvjax.components.metrics.interface import Metric, Rules
+from rvjax.components.metrics.interface import Metric, MetricContext
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Scalar, each, largest
 
@@ -20,18 +20,18 @@ class Peaks(NamedTuple):
     drift: Scalar
 
 
-def start(rules: Rules) -> Peaks:
+def start(rules: MetricContext) -> Peaks:
     zero = rules.duration_s * 0.0
     return Peaks(zero, zero)
 
 
-def update(acc: Peaks, step: Step, weight: Scalar, rules: Rules) -> Peaks:
+def update(acc: Peaks, step: Step, weight: Scalar, rules: MetricContext) -> Peaks:
     """Running maxima."""
     del weight, rules
     return Peaks(jnp.maximum(acc.chi, largest(each(jnp.abs, step.report.chi))), jnp.maximum(acc.drift, step.report.drift))
 
 
-def finish(acc: Peaks, rules: Rules) -> Mapping[str, Scalar]:
+def finish(acc: Peaks, rules: MetricContext) -> Mapping[str, Scalar]:
     del rules
     return {"peak_chi": acc.chi, "peak_estimate_drift": acc.drift}
 

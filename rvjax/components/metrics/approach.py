@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from rvjax.columns import Column
-from rvjax.components.metrics.interface import Metric, Rules
+from rvjax.components.metrics.interface import Metric, MetricContext
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Scalar, dot, norm, rotate_back, rotation
 
@@ -24,11 +24,11 @@ class Approach(NamedTuple):
     outside: Scalar
 
 
-def start(rules: Rules) -> Approach:
+def start(rules: MetricContext) -> Approach:
     return Approach(jnp.full_like(rules.duration_s, jnp.inf), rules.duration_s * 0.0)
 
 
-def update(acc: Approach, step: Step, weight: Scalar, rules: Rules) -> Approach:
+def update(acc: Approach, step: Step, weight: Scalar, rules: MetricContext) -> Approach:
     """In T: d = Rᵀρ + δ; outside where aᵀRᵀρ < |ρ| cos(half-angle) and |ρ| > tube."""
     rho = rotate_back(rotation(step.motion.sigma), step.motion.rho)
     distance = norm(rho)
@@ -36,7 +36,7 @@ def update(acc: Approach, step: Step, weight: Scalar, rules: Rules) -> Approach:
     return Approach(jnp.minimum(acc.closest, norm(rho + step.plant.port)), acc.outside + jnp.where(outside, weight, 0.0))
 
 
-def finish(acc: Approach, rules: Rules) -> Mapping[str, Scalar]:
+def finish(acc: Approach, rules: MetricContext) -> Mapping[str, Scalar]:
     del rules
     return {"closest_approach_m": acc.closest, "corridor_violation_s": acc.outside}
 

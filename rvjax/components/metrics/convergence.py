@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from rvjax.columns import Column
-from rvjax.components.metrics.interface import Metric, Rules
+from rvjax.components.metrics.interface import Metric, MetricContext
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Scalar, norm
 
@@ -24,12 +24,12 @@ class Tubes(NamedTuple):
     attitude: Scalar
 
 
-def start(rules: Rules) -> Tubes:
+def start(rules: MetricContext) -> Tubes:
     never = jnp.full_like(rules.duration_s, -jnp.inf)
     return Tubes(never, never)
 
 
-def update(acc: Tubes, step: Step, weight: Scalar, rules: Rules) -> Tubes:
+def update(acc: Tubes, step: Step, weight: Scalar, rules: MetricContext) -> Tubes:
     """An instant outside |ρ| ≤ tube (or |σ| ≤ tube) becomes the last one outside."""
     del weight
     return Tubes(
@@ -38,7 +38,7 @@ def update(acc: Tubes, step: Step, weight: Scalar, rules: Rules) -> Tubes:
     )
 
 
-def finish(acc: Tubes, rules: Rules) -> Mapping[str, Scalar]:
+def finish(acc: Tubes, rules: MetricContext) -> Mapping[str, Scalar]:
     """Settling: one step after the last instant outside, 0 if never outside, +∞ if the last instant is outside."""
 
     def settled(last: Scalar) -> Scalar:

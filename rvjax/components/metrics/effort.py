@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from rvjax.columns import Column
-from rvjax.components.metrics.interface import Metric, Rules
+from rvjax.components.metrics.interface import Metric, MetricContext
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Scalar, norm
 
@@ -18,12 +18,12 @@ class Effort(NamedTuple):
     impulse: Scalar
 
 
-def start(rules: Rules) -> Effort:
+def start(rules: MetricContext) -> Effort:
     zero = rules.duration_s * 0.0
     return Effort(zero, zero)
 
 
-def update(acc: Effort, step: Step, weight: Scalar, rules: Rules) -> Effort:
+def update(acc: Effort, step: Step, weight: Scalar, rules: MetricContext) -> Effort:
     """Δv += |f|/m weight, impulse += |τ| weight."""
     del rules
     return Effort(
@@ -32,7 +32,7 @@ def update(acc: Effort, step: Step, weight: Scalar, rules: Rules) -> Effort:
     )
 
 
-def finish(acc: Effort, rules: Rules) -> Mapping[str, Scalar]:
+def finish(acc: Effort, rules: MetricContext) -> Mapping[str, Scalar]:
     del rules
     return {"delta_v_m_s": acc.delta_v, "angular_impulse_Nms": acc.impulse}
 

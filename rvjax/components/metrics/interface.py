@@ -10,7 +10,7 @@ from rvjax.physics.state import Step
 from rvjax.physics.vectors import Scalar, Vector
 
 
-class Rules(NamedTuple):
+class MetricContext(NamedTuple):
     """What the metrics measure against. Times in s, lengths in m.
 
     tube_m, tube_mrp: radius of the position and attitude tubes; window_start_s: start of the closing window; duration_s: horizon;
@@ -37,6 +37,6 @@ class Metric(NamedTuple):
     """
 
     columns: Mapping[str, Column]
-    start: Callable[[Rules], Any]
-    update: Callable[[Any, Step, Scalar, Rules], Any]
-    finish: Callable[[Any, Rules], Mapping[str, Any]]
+    start: Callable[[MetricContext], Any]
+    update: Callable[[Any, Step, Scalar, MetricContext], Any]
+    finish: Callable[[Any, MetricContext], Mapping[str, Any]]

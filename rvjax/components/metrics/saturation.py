@@ -11,7 +11,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from rvjax.columns import CHANNELS, Column
-from rvjax.components.metrics.interface import Metric, Rules
+from rvjax.components.metrics.interface import Metric, MetricContext
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Channels, Scalar, each, largest
 
@@ -27,13 +27,13 @@ class Saturated(NamedTuple):
     depth: Channels
 
 
-def start(rules: Rules) -> Saturated:
+def start(rules: MetricContext) -> Saturated:
     zero = rules.duration_s * 0.0
     channels = Channels.of((zero,) * 6)
     return Saturated(channels, channels, channels, channels)
 
 
-def update(acc: Saturated, step: Step, weight: Scalar, rules: Rules) -> Saturated:
+def update(acc: Saturated, step: Step, weight: Scalar, rules: MetricContext) -> Saturated:
     """time += weight, stretch += weight where saturated; depth = max(depth, |v|/u_m)."""
     del rules
     limit = each(lambda h, up, low: jnp.where(h >= 0, up, low), step.commanded, step.plant.upper, step.plant.lower)
@@ -47,7 +47,7 @@ def update(acc: Saturated, step: Step, weight: Scalar, rules: Rules) -> Saturate
     )
 
 
-def finish(acc: Saturated, rules: Rules) -> Mapping[str, Scalar]:
+def finish(acc: Saturated, rules: MetricContext) -> Mapping[str, Scalar]:
     """Each per channel and, as `.any`, of the worst channel."""
     values: dict[str, Scalar] = {}
     for name, channels in (

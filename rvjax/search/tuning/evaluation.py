@@ -16,7 +16,7 @@ from rvjax.components.search_methods.interface import Spent, Task, Told
 from rvjax.search.tuning.candidate_flights import Flights
 from rvjax.search.tuning.gradients import Slopes
 from rvjax.search.tuning.objective import Judge
-from rvjax.search.tuning.race import Rules, Standing, front_of, ordered, race, ranks
+from rvjax.search.tuning.race import RaceSettings, Standing, front_of, ordered, race, ranks
 
 OWN = 0
 """Number of the campaign as it is."""
@@ -113,7 +113,7 @@ class Search:
     def _race(self, new: list[int]) -> bool:
         """Flies new candidates; returns whether the budget was used up meanwhile."""
         race_of = self.tuning.race
-        rules = Rules(self.tuning.rounds, race_of.keep, race_of.risk, self.hard)
+        rules = RaceSettings(self.tuning.rounds, race_of.keep, race_of.risk, self.hard)
         self.batches += 1
         came, over = race(new, self.flights, self.judge, rules, self.best, self._late)
         for standing in came:

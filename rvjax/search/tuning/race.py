@@ -65,7 +65,7 @@ class Standing:
 
 
 @dataclass(frozen=True)
-class Rules:
+class RaceSettings:
     """sizes: samples after each round; keep, risk: as in a campaign; hard: the hard samples."""
 
     sizes: tuple[int, ...]
@@ -78,7 +78,7 @@ def race(
     candidates: Sequence[int],
     runners: Field,
     judge: Judge,
-    rules: Rules,
+    rules: RaceSettings,
     incumbent: int | None = None,
     late: Callable[[], bool] = lambda: False,
 ) -> tuple[list[Standing], bool]:
