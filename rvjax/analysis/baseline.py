@@ -51,7 +51,7 @@ Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Comparison:
+class BaselineComparison:
     """what: in words. worse, better: samples. p: of the one-sided test, corrected. significant: whether it fails."""
 
     what: str
@@ -75,7 +75,7 @@ def write(folder: str | Path, path: Path) -> None:
     atomic_files.replace(path, (json.dumps(_document(RunFolder.open(folder)), indent=1, allow_nan=False) + "\n").encode())
 
 
-def against(folder: str | Path, path: Path) -> list[Comparison]:
+def against(folder: str | Path, path: Path) -> list[BaselineComparison]:
     """A finished run against a baseline. UsageError where that is none, or of other draws, requirements or metrics."""
     before, now = read(path), _document(RunFolder.open(folder))
     if wrong := _unlike(before, now):
@@ -90,7 +90,9 @@ def against(folder: str | Path, path: Path) -> list[Comparison]:
         worse, better = steps(old, new, told["better"] == "higher")
         found.append((name, int(worse.sum()), int(better.sum()), more_than_half(int(worse.sum()), len(worse))))
     corrected = holm([p for *_, p in found]) if found else []
-    return [Comparison(name, worse, better, float(p)) for (name, worse, better, _), p in zip(found, corrected, strict=True)]
+    return [
+        BaselineComparison(name, worse, better, float(p)) for (name, worse, better, _), p in zip(found, corrected, strict=True)
+    ]
 
 
 def steps(old: Values, new: Values, higher: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

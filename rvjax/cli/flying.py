@@ -17,7 +17,7 @@ from rvjax.cli.telling import Tell
 from rvjax.errors import IncompleteError, RvjaxError, UsageError
 
 if TYPE_CHECKING:
-    from rvjax.analysis.baseline import Comparison
+    from rvjax.analysis.baseline import BaselineComparison
     from rvjax.analysis.verdicts import Verdict
     from rvjax.run_folder import Account
 
@@ -183,7 +183,7 @@ def _show(folder: Path, account: Account, verdicts: Sequence[Verdict], output: O
         output.text(sentence)
     output.text(f"report: {folder / 'report.html'}")
     worst = tell.worst(opened, verdicts, output)
-    compared: Sequence[Comparison] = ()
+    compared: Sequence[BaselineComparison] = ()
     try:
         compared = tell.compare(folder, output)
     except RvjaxError as error:

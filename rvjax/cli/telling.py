@@ -13,7 +13,7 @@ from rvjax.cli.output import Output
 from rvjax.errors import RvjaxError, UsageError
 
 if TYPE_CHECKING:
-    from rvjax.analysis.baseline import Comparison
+    from rvjax.analysis.baseline import BaselineComparison
     from rvjax.analysis.verdicts import Verdict
     from rvjax.run_folder import RunFolder
 
@@ -64,9 +64,9 @@ class Tell:
         found = dict(zip(failing, worst_samples(folder, [verdicts[place].requirement for place in failing]), strict=True))
         return [found.get(place) for place in range(len(verdicts))]
 
-    def compare(self, folder: Path, output: Output) -> Sequence[Comparison]:
+    def compare(self, folder: Path, output: Output) -> Sequence[BaselineComparison]:
         """The run against the baseline, where one is given; then the baseline that it makes itself."""
-        found: Sequence[Comparison] = ()
+        found: Sequence[BaselineComparison] = ()
         if self.against is None and self.write_baseline is None:
             return found
         from rvjax.analysis import baseline as against
@@ -88,7 +88,7 @@ class Tell:
         name: str,
         verdicts: Sequence[Verdict],
         worst: Sequence[int | None],
-        compared: Sequence[Comparison],
+        compared: Sequence[BaselineComparison],
         output: Output,
         file: Path,
         error: str = "",
@@ -112,7 +112,7 @@ class Tell:
                 output.note(f"no job summary: {problem}")
 
     def _junit(
-        self, name: str, verdicts: Sequence[Verdict], advice: Sequence[str], compared: Sequence[Comparison], error: str
+        self, name: str, verdicts: Sequence[Verdict], advice: Sequence[str], compared: Sequence[BaselineComparison], error: str
     ) -> None:
         if self.junit_xml is None:
             return

@@ -35,7 +35,7 @@ def baseline(before: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def found(folder: Path, baseline: Path) -> dict[str, against.Comparison]:
+def found(folder: Path, baseline: Path) -> dict[str, against.BaselineComparison]:
     """The comparisons by what they are of."""
     return {one.what: one for one in against.against(folder, baseline)}
 

@@ -16,7 +16,7 @@ from rvjax.analysis.verdicts.sentences import title
 from rvjax.errors import visible
 
 if TYPE_CHECKING:
-    from rvjax.analysis.baseline import Comparison
+    from rvjax.analysis.baseline import BaselineComparison
     from rvjax.analysis.verdicts import Verdict
     from rvjax.errors import Finding
 
@@ -39,7 +39,7 @@ def of_verdicts(verdicts: Sequence[Verdict], places: Sequence[str]) -> list[str]
     ]
 
 
-def of_comparisons(comparisons: Sequence[Comparison], baseline: str, place: str) -> list[str]:
+def of_comparisons(comparisons: Sequence[BaselineComparison], baseline: str, place: str) -> list[str]:
     """One command for each comparison with a baseline that is worse. place: of the controller in the campaign."""
     worse = [one for one in comparisons if one.significant]
     return [command("error", place, f"worse than the baseline: {one.what}", one.told(baseline)) for one in worse]
@@ -78,7 +78,7 @@ def _property(text: str) -> str:
     return _data(text).replace(":", "%3A").replace(",", "%2C")
 
 
-def summary(campaign: str, verdicts: Sequence[Verdict], comparisons: Sequence[Comparison] = ()) -> str:
+def summary(campaign: str, verdicts: Sequence[Verdict], comparisons: Sequence[BaselineComparison] = ()) -> str:
     """A table of requirements, verdicts and bounds in Markdown, and one of comparisons with a baseline; nothing in them acts."""
     words = [verdict.verdict for verdict in verdicts]
     found = ", ".join(f"{words.count(word)} {word}" for word in _SIGNS if word in words) or "no requirement"

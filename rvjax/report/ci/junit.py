@@ -18,7 +18,7 @@ from rvjax.analysis.verdicts.sentences import title
 from rvjax.errors import visible
 
 if TYPE_CHECKING:
-    from rvjax.analysis.baseline import Comparison
+    from rvjax.analysis.baseline import BaselineComparison
     from rvjax.analysis.verdicts import Verdict
 
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -49,7 +49,7 @@ def of_verdicts(verdicts: Sequence[Verdict], advice: Sequence[str] = ()) -> list
     ]
 
 
-def of_comparisons(comparisons: Sequence[Comparison], baseline: str) -> list[Case]:
+def of_comparisons(comparisons: Sequence[BaselineComparison], baseline: str) -> list[Case]:
     """One for each comparison with a baseline."""
     return [
         Case(
