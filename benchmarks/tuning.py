@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkRunner
-from rvjax.execution.executors.threads import beside
+from rvjax.execution.executors.threads import map_in_threads
 from rvjax.execution.identity import identity
 from rvjax.run_folder import RunFolder
 from rvjax.search.tuning.candidate_flights import Flights
@@ -49,7 +49,7 @@ def main() -> None:
             for number in range(given.rounds + 1):
                 began = time.perf_counter()
                 first = ENVELOPE_CHUNKS + number * CHUNKS  # later ones keep no envelopes
-                beside(pilot.parcel, range(first, first + CHUNKS), lambda parcel: None, pilot.flyer.stop)
+                map_in_threads(pilot.parcel, range(first, first + CHUNKS), lambda parcel: None, pilot.flyer.stop)
                 own = time.perf_counter() - began
                 began = time.perf_counter()
                 points = rng.random((given.candidates, len(space.free)))

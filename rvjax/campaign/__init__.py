@@ -4,7 +4,20 @@ from __future__ import annotations
 
 from rvjax.campaign.choice import Choice
 from rvjax.campaign.csv_columns import Series
-from rvjax.campaign.fields import Model, channels, count, flag, number, option, part, retuned, scalar, series, validate, vector
+from rvjax.campaign.fields import (
+    Model,
+    channels,
+    count,
+    flag,
+    number,
+    option,
+    part,
+    scalar,
+    series,
+    validate,
+    vector,
+    with_defaults,
+)
 from rvjax.campaign.json_schema import schema
 from rvjax.campaign.model import Spec, load, parse
 from rvjax.campaign.quantity import Quantity
@@ -29,7 +42,7 @@ __all__ = [
     "option",
     "parse",
     "part",
-    "retuned",
+    "with_defaults",
     "scalar",
     "schema",
     "series",

@@ -312,7 +312,7 @@ def part(*, default: Any = PydanticUndefined, doc: str) -> Any:
     return Field(default=default, description=doc)
 
 
-def retuned(model: type[M], **defaults: float) -> type[M]:
+def with_defaults(model: type[M], **defaults: float) -> type[M]:
     """The same numbers with other defaults, each by the name of its field and in the unit of its key."""
     fields: dict[str, Any] = {}
     for name, default in defaults.items():

@@ -24,7 +24,7 @@ from rvjax.errors import UsageError
 from rvjax.execution.audit import prove
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
-from rvjax.execution.executors.threads import beside, inline
+from rvjax.execution.executors.threads import inline, map_in_threads
 from rvjax.execution.identity import PLAN, identity, provenance, short
 from rvjax.execution.replay import Trace, recorded, trace
 from rvjax.run_folder import BASELINES, Account, RunFolder
@@ -217,4 +217,4 @@ def _keep(pilot: ChunkRunner, folder: RunFolder, samples: Sequence[int]) -> None
         for sample, (frame, columns) in traces.items():
             folder.write_trace(sample, frame, columns)
 
-    beside(fly, (new[first : first + TRACED] for first in range(0, len(new), TRACED)), write, pilot.flyer.stop)
+    map_in_threads(fly, (new[first : first + TRACED] for first in range(0, len(new), TRACED)), write, pilot.flyer.stop)

@@ -39,7 +39,7 @@ from rvjax.components.samplers.interface import Samples
 from rvjax.components.samplers.uniforms_table import Block, columns_of
 from rvjax.errors import UsageError
 from rvjax.execution.chunks import STRETCH
-from rvjax.execution.executors.threads import beside
+from rvjax.execution.executors.threads import map_in_threads
 from rvjax.run_folder import atomic_files
 from rvjax.search import failure_search
 from rvjax.simulation import jax_config, tables
@@ -148,7 +148,7 @@ class WorstCaseSearch:
         """One case for each row of z."""
         found: list[list[Case]] = []
         parts = [z[first : first + LANES] for first in range(0, len(z), LANES)]
-        beside(self._chunk, parts, found.append, self._flyer.stop)
+        map_in_threads(self._chunk, parts, found.append, self._flyer.stop)
         return [case for part in found for case in part]
 
     def _chunk(self, z: Values) -> list[Case]:

@@ -23,11 +23,11 @@ from rvjax.campaign import (
     option,
     parse,
     part,
-    retuned,
     scalar,
     schema,
     validate,
     vector,
+    with_defaults,
 )
 from rvjax.campaign.distributions import Ball, Fixed, HalfNormal, Normal, Uniform
 from rvjax.campaign.inertia import matrix
@@ -225,7 +225,7 @@ def test_parameters_of_a_component() -> None:
 
 def test_another_default_changes_nothing_else() -> None:
     """The range, the unit, the key and the meaning stay. Kills: a default in another unit, a field without its range."""
-    other = retuned(Parameters, rate_rad_s=3.0)
+    other = with_defaults(Parameters, rate_rad_s=3.0)
     parameters = other.model_validate({"force_N": 1})
     assert parameters.rate_rad_s.parts == (Fixed(3.0 * DEGREE),)
     assert list(other.keys()) == list(Parameters.keys())
@@ -234,7 +234,7 @@ def test_another_default_changes_nothing_else() -> None:
     with pytest.raises(ValidationError, match="-1"):
         other.model_validate({"force_N": 1, "rate_deg_s": -1})
     with pytest.raises(KeyError):
-        retuned(Parameters, rate=1.0)
+        with_defaults(Parameters, rate=1.0)
 
 
 def test_findings_about_a_component_are_where_it_stands() -> None:

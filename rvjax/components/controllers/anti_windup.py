@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rvjax.campaign import Model, Quantity, part, retuned, scalar
+from rvjax.campaign import Model, Quantity, part, scalar, with_defaults
 from rvjax.columns import Column
 from rvjax.components.controllers.interface import ESTIMATES, Controller, Response, Saturate
 from rvjax.components.registry import Component
@@ -37,8 +37,8 @@ from rvjax.physics.vectors import Channels, Scalar, Symmetric
 
 
 class Gains(
-    retuned(TrackingGains, k1=0.3, k_sigma=1.2, k2_force=200.0, k2_torque=75.0),
-    retuned(FirstErrorGains, c_force=11.0, c_torque=0.8),
+    with_defaults(TrackingGains, k1=0.3, k_sigma=1.2, k2_force=200.0, k2_torque=75.0),
+    with_defaults(FirstErrorGains, c_force=11.0, c_torque=0.8),
     AdaptationGains,
 ):
     """Numbers of the law."""

@@ -23,7 +23,7 @@ from typing import NamedTuple, Self
 
 from pydantic import model_validator
 
-from rvjax.campaign import Model, Quantity, part, retuned, scalar
+from rvjax.campaign import Model, Quantity, part, scalar, with_defaults
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.columns import Column
 from rvjax.components.controllers.interface import ESTIMATES, Controller, Response, Saturate
@@ -46,8 +46,8 @@ from rvjax.physics.vectors import Channels, Scalar, Symmetric, cross, mrp_rate
 
 
 class Gains(
-    retuned(TrackingGains, k1=0.25, k_sigma=1.2, k2_force=200.0, k2_torque=56.0),
-    retuned(FirstErrorGains, c_force=2.0, c_torque=2.8),
+    with_defaults(TrackingGains, k1=0.25, k_sigma=1.2, k2_force=200.0, k2_torque=56.0),
+    with_defaults(FirstErrorGains, c_force=2.0, c_torque=2.8),
     AdaptationGains,
 ):
     """Numbers of the law."""

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rvjax.campaign import Model, Quantity, part, retuned, scalar
+from rvjax.campaign import Model, Quantity, part, scalar, with_defaults
 from rvjax.columns import Column
 from rvjax.components.controllers.interface import WRENCH, Controller, Response, Saturate
 from rvjax.components.registry import Component
@@ -39,8 +39,8 @@ from rvjax.physics.vectors import Channels
 
 
 class Gains(
-    retuned(TrackingGains, k1=0.19, k_sigma=0.089, k2_force=61.0, k2_torque=28.0),
-    retuned(FirstErrorGains, c_force=3.4, c_torque=5.8),
+    with_defaults(TrackingGains, k1=0.19, k_sigma=0.089, k2_force=61.0, k2_torque=28.0),
+    with_defaults(FirstErrorGains, c_force=3.4, c_torque=5.8),
     NominalGains,
 ):
     """Numbers of the law."""

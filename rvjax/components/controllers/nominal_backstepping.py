@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from rvjax.campaign import Model, part, retuned
+from rvjax.campaign import Model, part, with_defaults
 from rvjax.components.controllers.interface import ESTIMATES, Controller, Response, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import (
@@ -35,8 +35,8 @@ from rvjax.physics.vectors import Scalar, Symmetric, each
 
 
 class Gains(
-    retuned(TrackingGains, k1=0.3, k_sigma=0.64, k2_force=200.0, k2_torque=69.0),
-    retuned(FirstErrorGains, c_force=3.8, c_torque=7.2),
+    with_defaults(TrackingGains, k1=0.3, k_sigma=0.64, k2_force=200.0, k2_torque=69.0),
+    with_defaults(FirstErrorGains, c_force=3.8, c_torque=7.2),
     AdaptationGains,
 ):
     """Numbers of the law."""

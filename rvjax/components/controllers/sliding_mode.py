@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import jax.numpy as jnp
 
-from rvjax.campaign import Model, Quantity, part, retuned, scalar
+from rvjax.campaign import Model, Quantity, part, scalar, with_defaults
 from rvjax.columns import Column
 from rvjax.components.controllers.interface import Controller, Response, Saturate
 from rvjax.components.registry import Component
@@ -24,7 +24,7 @@ from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, each
 
 
-class Gains(retuned(GuidanceGains, k1=0.3, k_sigma=1.1), NominalGains):
+class Gains(with_defaults(GuidanceGains, k1=0.3, k_sigma=1.1), NominalGains):
     """Size of the switching term as an acceleration, and the boundary layer."""
 
     k_force: Quantity = scalar("m/s²", default=0.039, above=0.0, doc="switching gain K of the force channels, m/s²")

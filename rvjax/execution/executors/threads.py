@@ -17,7 +17,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-def beside(fly: Callable[[T], R], things: Iterable[T], take: Callable[[R], None], stop: Callable[[], None]) -> None:
+def map_in_threads(fly: Callable[[T], R], things: Iterable[T], take: Callable[[R], None], stop: Callable[[], None]) -> None:
     """Calls `fly` with every thing, several beside each other, and `take` with what comes of each, in their order and in this
     thread. Memory holds a few at a time. Where it is interrupted, `stop` ends what flies, and what has been flown is taken."""
     todo, flying = iter(things), deque[Future[R]]()
@@ -45,7 +45,7 @@ class Inline:
 
     def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
         """As `Executor.fly`, in the order of the chunks."""
-        beside(self._pilot.parcel, chunks, take, self._pilot.flyer.stop)
+        map_in_threads(self._pilot.parcel, chunks, take, self._pilot.flyer.stop)
 
 
 @contextmanager

@@ -26,7 +26,7 @@ from rvjax.columns import Column
 from rvjax.components.search_methods.interface import Spent
 from rvjax.errors import CampaignError, FolderError
 from rvjax.execution.chunks import STRETCH
-from rvjax.execution.executors.threads import beside
+from rvjax.execution.executors.threads import map_in_threads
 from rvjax.run_folder import DataFile, RunFolder
 from rvjax.run_folder.manifest import Key
 from rvjax.search.tuning.space import Space
@@ -148,7 +148,7 @@ class Flights:
             self._folder.take(file)
             known.update((number, table) for number, table, _ in self._folder.tables([file.entry.number]))
 
-        beside(lambda order: self._chunk(*order), orders, keep, self.stop)
+        map_in_threads(lambda order: self._chunk(*order), orders, keep, self.stop)
         for number, chunk in enumerate(chunks, first):
             self._enter(number, chunk, known[number])
 
