@@ -89,9 +89,9 @@ def flown(path: Path, samples: int, overrides: Sequence[str] = (), flipped: str 
 
 def complying(requirement: Any, table: pd.DataFrame) -> tuple[int, int]:
     """How many samples comply, of how many."""
-    from rvjax.analysis.verdicts.compliance import Reading
+    from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 
-    reading = Reading(requirement)
+    reading = RequirementEvaluator(requirement)
     return int(reading.comply(reading.values(table, {})).sum()), len(table)
 
 

@@ -71,7 +71,7 @@ class BaselineComparison:
 
 
 def write(folder: str | Path, path: Path) -> None:
-    """Makes the baseline of a finished run. Errors as of `verdicts.account_and_verdicts`, UsageError where nothing could be compared."""
+    """Makes the baseline of a finished run. Errors as of `account_and_verdicts`, UsageError where nothing can be compared."""
     atomic_files.replace(path, (json.dumps(_document(RunFolder.open(folder)), indent=1, allow_nan=False) + "\n").encode())
 
 

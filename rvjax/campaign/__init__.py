@@ -42,10 +42,10 @@ __all__ = [
     "option",
     "parse",
     "part",
-    "with_defaults",
     "scalar",
     "schema",
     "series",
     "validate",
     "vector",
+    "with_defaults",
 ]

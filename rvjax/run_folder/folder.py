@@ -117,8 +117,8 @@ class RunFolder:
 
         What is not part of the identity (name, requirements, provenance) is from now on what is given here. Names and sizes of
         all files are looked at: one that is missing or of another size counts as missing and goes to `quarantine/`, one that
-        did not reach the manifest is taken in. What they hold is compared when they are read (`read_valid_chunks`). Where `samples` grows,
-        a last chunk of fewer than `lanes` samples, which was cut short, is flown anew.
+        did not reach the manifest is taken in. Their contents are verified when they are read (`read_valid_chunks`). Where
+        `samples` grows, a last chunk of fewer than `lanes` samples is flown again.
         FolderError where the identity differs (saying in what), UsageError where more samples were requested before or
         another process writes there.
         """

@@ -18,7 +18,7 @@ from rvjax.simulation.temporal_margins import unit
 OWN = "ctl."
 """Beginning of the names of a controller's signals."""
 
-Controller = tuple[Controller, Mapping[str, Quantity]]
+ControllerChoice = tuple[Controller, Mapping[str, Quantity]]
 """A law, and the gains that it gets."""
 
 
@@ -34,11 +34,11 @@ class AvailableSignals:
 
     @classmethod
     def of(
-        cls, controller: Controller | None, baselines: Mapping[str, Controller], measured: bool, thrusters: int | None
+        cls, controller: ControllerChoice | None, baselines: Mapping[str, ControllerChoice], measured: bool, thrusters: int | None
     ) -> AvailableSignals:
         """controller: None where the campaign says nothing right about it. measured: whether there are navigation errors."""
 
-        def flown(one: Controller | None) -> dict[str, Signal]:
+        def flown(one: ControllerChoice | None) -> dict[str, Signal]:
             meanings, own = ({}, {}) if one is None else (one[0].signals, reported(*one))
             return recorded(meanings, own, measured, thrusters or 0) | derived()
 
@@ -97,6 +97,6 @@ def _nearest(name: str, known: list[str], few: bool) -> str:
     return said if said.startswith("did") else f"accepted: one of `rvjax explain signals`, such as {', '.join(known[-3:])}"
 
 
-def controller_of(law: Controller, quantities: Mapping[str, Quantity]) -> Controller:
+def controller_of(law: Controller, quantities: Mapping[str, Quantity]) -> ControllerChoice:
     """A law with its gains, out of all that a campaign says of it."""
     return law, {name.removeprefix("gains."): one for name, one in quantities.items() if name.startswith("gains.")}

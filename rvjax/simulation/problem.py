@@ -27,7 +27,7 @@ from rvjax.physics.thruster_allocation import Allocation, ThrusterSystem, bounde
 from rvjax.simulation import requirement_checks
 from rvjax.simulation.closed_loop import Loop
 from rvjax.simulation.dispersions import Dispersions, resolve
-from rvjax.simulation.margin_checks import AvailableSignals, Controller, controller_of
+from rvjax.simulation.margin_checks import AvailableSignals, ControllerChoice, controller_of
 from rvjax.simulation.temporal_margins import folded
 
 NEVER = Fixed(1e30)
@@ -209,7 +209,7 @@ def _offered(source: Source, parameters: Mapping[Place, Model], actuators: tuple
     baselines = said.get("baselines")
     others = baselines if is_list(baselines) else []
     uses: dict[Place, str] = {place: raw["use"] for section, place, raw in _entries(source) if section in CONTROLLERS}
-    laws: dict[Place, Controller] = {}
+    laws: dict[Place, ControllerChoice] = {}
     for place, use in uses.items():
         if (own := parameters.get(place)) is not None:
             laws[place] = controller_of(component("controllers", use).build(own), own.quantities())

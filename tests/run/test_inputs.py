@@ -43,7 +43,7 @@ def test_the_folder_alone_is_enough(rvjax: Run, tmp_path: Path) -> None:
     assert rvjax("run", folder / "campaign.yaml", "--out", folder, *given, "--quiet")[0] == code
     assert sorted(path.name for path in (folder / "samples").iterdir()) == before
     problem = load(folder / "campaign.yaml", sets)
-    order = dask_worker.Order(
+    order = dask_worker.WorkOrder(
         problem.spec.source.text,
         problem.spec.source.inputs,
         tuple(sets),

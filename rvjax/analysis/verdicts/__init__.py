@@ -29,11 +29,11 @@ __all__ = [
     "Tallies",
     "Unjudged",
     "Verdict",
+    "account_and_verdicts",
     "campaign_of",
     "exit_code",
     "judge",
     "judge_all",
     "judge_folder",
-    "account_and_verdicts",
     "tallies",
 ]

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.tuning import Tuning
 from rvjax.columns import Column
-from rvjax.components.metrics.interface import Metric, RaceSettings
+from rvjax.components.metrics.interface import Metric, MetricContext
 from rvjax.errors import Finding
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Scalar, Vector
@@ -52,35 +52,35 @@ def _squared(v: Vector) -> Scalar:
     return v.x * v.x + v.y * v.y + v.z * v.z
 
 
-def _outside(step: Step, rules: RaceSettings) -> Scalar:
+def _outside(step: Step, rules: MetricContext) -> Scalar:
     r = _squared(step.motion.rho) / (rules.tube_m * rules.tube_m)
     return r / (1.0 + r)
 
 
-def _turned(step: Step, rules: RaceSettings) -> Scalar:
+def _turned(step: Step, rules: MetricContext) -> Scalar:
     r = _squared(step.motion.sigma) / (rules.tube_mrp * rules.tube_mrp)
     return r / (1.0 + r)
 
 
-def _pushed(step: Step, rules: RaceSettings) -> Scalar:
+def _pushed(step: Step, rules: MetricContext) -> Scalar:
     del rules
     return jnp.sqrt(_squared(step.applied.force) + SOFT**2) / step.plant.mass
 
 
-def _twisted(step: Step, rules: RaceSettings) -> Scalar:
+def _twisted(step: Step, rules: MetricContext) -> Scalar:
     del rules
     return jnp.sqrt(_squared(step.applied.torque) + SOFT**2)
 
 
-def _closing(square: Callable[[Step], Scalar]) -> Callable[[Step, RaceSettings], Scalar]:
-    def inside(step: Step, rules: RaceSettings) -> Scalar:
+def _closing(square: Callable[[Step], Scalar]) -> Callable[[Step, MetricContext], Scalar]:
+    def inside(step: Step, rules: MetricContext) -> Scalar:
         window = rules.duration_s - rules.window_start_s
         return jnp.where(step.t >= rules.window_start_s, square(step) / window, 0.0)
 
     return inside
 
 
-def _metric(rate: Callable[[Step, RaceSettings], Scalar], finish: Callable[[Scalar], Scalar] = lambda total: total) -> Metric:
+def _metric(rate: Callable[[Step, MetricContext], Scalar], finish: Callable[[Scalar], Scalar] = lambda total: total) -> Metric:
     """∫ rate dt, then finish."""
     return Metric(
         {NAME: Column(NAME, "1", "a smooth function in the place of an objective")},
