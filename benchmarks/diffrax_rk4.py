@@ -41,7 +41,7 @@ def prepare(case: Case) -> Callable[[], Carry]:
             return 4
 
     def flight(drawn: Drawn, y: State) -> State:
-        step = drawn.rules.step_s
+        step = drawn.context.step_s
         term = diffrax.ODETerm(lambda t, y, args: case.evaluate(drawn, t, y, case.carry.held)[0])
         end = case.steps * step
         solved = diffrax.diffeqsolve(term, Classical(), 0.0, end, step, y, max_steps=case.steps + 1)

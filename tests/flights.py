@@ -123,7 +123,7 @@ def draw(
             ),
         ),
         gains=Numbers({name: same(x) for name, x in numbers.items()}),
-        rules=MetricContext(
+        context=MetricContext(
             tube_m=same(0.01),
             tube_mrp=same(2e-3),
             window_start_s=same(duration_s - window_s),

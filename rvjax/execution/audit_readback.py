@@ -123,7 +123,7 @@ def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBac
     for body, (inertia, inverse) in zip(bodies(spec), found, strict=True):
         yield from _body(draws, body, inertia, inverse)
     yield from _orbit(problem, draws, numbers)
-    yield from _rules(problem, draws, numbers)
+    yield from _context(problem, draws, numbers)
 
 
 def _said(draws: Draws, name: str, quantity: Quantity) -> list[tuple[Any, ...]]:
@@ -187,18 +187,18 @@ def _matrix(symmetric: Any) -> Values:
     return np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3)
 
 
-def _rules(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
+def _context(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
     """The docking axis, and the last onset inside the flight, as the metrics have them."""
     port = _said(draws, "target.port_m", problem.spec.target.port_m)
     columns = tuple(column for _, *drawn in port for column in drawn)
     vector = np.stack([value for value, *_ in port], axis=-1)
     length = np.linalg.norm(vector, axis=-1, keepdims=True)
-    for row, inside in zip((vector / np.where(length > 0.0, length, 1.0)).T, numbers.rules.axis.parts(), strict=True):
+    for row, inside in zip((vector / np.where(length > 0.0, length, 1.0)).T, numbers.context.axis.parts(), strict=True):
         yield ReadBack(columns, row, inside, exact=False)
     onsets = [one for part in problem.faults for one in _said(draws, f"{part.prefix}.onset_s", part.quantities["onset_s"])]
     inside = [np.where(x <= problem.spec.horizon.duration_s, x, -np.inf) for x, *_ in onsets]
     columns = tuple(column for _, *drawn in onsets for column in drawn)
-    yield ReadBack(columns, np.max([draws.same(-np.inf), *inside], axis=0), numbers.rules.last_onset_s)
+    yield ReadBack(columns, np.max([draws.same(-np.inf), *inside], axis=0), numbers.context.last_onset_s)
 
 
 def _rodrigues(axis: Values, angle: Values) -> Values:

@@ -98,5 +98,5 @@ def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, ro
     differing = [name for name in again.columns if not again[name].equals(known[name])]
     if differing:
         raise FolderError(f"samples {', '.join(map(str, samples))}: flown again, {', '.join(differing)} differ from the table")
-    signals, measured = problem.loop.law.signals, bool(problem.navigation)
+    signals, measured = problem.loop.controller.signals, bool(problem.navigation)
     return {sample: tables.trace_table(flown.steps, position, signals, measured) for position, sample in enumerate(samples)}

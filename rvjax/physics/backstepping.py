@@ -118,34 +118,34 @@ class Tracking(NamedTuple):
     omega: Vector
 
 
-def tracking(shaped: bool, seen: Measurement, gains: Numbers) -> Tracking:
+def tracking(shaped: bool, measurement: Measurement, gains: Numbers) -> Tracking:
     """z₂ and the known factors of Y. Gains used: k1, k_sigma, v_max_m_s (shaped only)."""
-    known = relative(seen.motion, seen.target, seen.alpha_t, seen.port)
-    return following(seen, known, *virtual_velocity(shaped, seen, known, gains))
+    known = relative(measurement.motion, measurement.target, measurement.alpha_t, measurement.port)
+    return following(measurement, known, *virtual_velocity(shaped, measurement, known, gains))
 
 
-def following(seen: Measurement, known: Relative, alpha1: Channels, alpha1_rate: Channels) -> Tracking:
+def following(measurement: Measurement, known: Relative, alpha1: Channels, alpha1_rate: Channels) -> Tracking:
     """The same about any virtual velocity and its rate; about zero z₂ is (ν, ω), and M times its rate is Yθ + u + d."""
     return Tracking(
         alpha1=alpha1,
-        z2=Channels(seen.motion.nu, seen.motion.omega) - alpha1,
-        accel=known.accel - cross(known.omega_p, seen.motion.nu) - alpha1_rate.force,
+        z2=Channels(measurement.motion.nu, measurement.motion.omega) - alpha1,
+        accel=known.accel - cross(known.omega_p, measurement.motion.nu) - alpha1_rate.force,
         turn=known.alpha - alpha1_rate.torque,
         omega=known.omega_p,
     )
 
 
-def virtual_velocity(shaped: bool, seen: Measurement, known: Relative, gains: Numbers) -> tuple[Channels, Channels]:
+def virtual_velocity(shaped: bool, measurement: Measurement, known: Relative, gains: Numbers) -> tuple[Channels, Channels]:
     """((α_ν, α_ω), their rates), with ρ̇ = ν − Ω×ρ and σ̇ = G(σ)ω."""
-    rho, sigma = seen.motion.rho, seen.motion.sigma
-    rho_rate = seen.motion.nu - cross(known.omega_p, rho)
+    rho, sigma = measurement.motion.rho, measurement.motion.sigma
+    rho_rate = measurement.motion.nu - cross(known.omega_p, rho)
     alpha, rate = rho * -gains.k1, rho_rate * -gains.k1
     if shaped:
         slope = (gains.k1 / gains.v_max_m_s) ** 2
         stretch = 1.0 + slope * dot(rho, rho)
         alpha = alpha / jnp.sqrt(stretch)
         rate = rate / jnp.sqrt(stretch) - alpha * (slope * dot(rho, rho_rate) / stretch)
-    turn = mrp_rate(sigma, seen.motion.omega)
+    turn = mrp_rate(sigma, measurement.motion.omega)
     return Channels(alpha, sigma * -gains.k_sigma), Channels(rate, turn * -gains.k_sigma)
 
 
@@ -208,9 +208,9 @@ def bound_rate(z: Channels, bound: Channels, width: Channels, limit: Channels, g
     return each(project, bound, growth, 0.0, limit * gains.bound_share)
 
 
-def mean_limit(seen: Measurement) -> Channels:
+def mean_limit(measurement: Measurement) -> Channels:
     """u = (u⁺ + u⁻)/2 of the nominal limits [N, N·m]."""
-    return (seen.upper + seen.lower) * 0.5
+    return (measurement.upper + measurement.lower) * 0.5
 
 
 def drift(mass: Scalar, inertia: Symmetric, gains: Numbers) -> Scalar:

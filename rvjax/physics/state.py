@@ -96,13 +96,13 @@ class Report(NamedTuple):
 class Step(NamedTuple):
     """Everything at one instant of a flight, as metrics and traces see it.
 
-    seen: the motion as it is measured. command: v before the saturation; commanded: h(v); applied: after the faults;
+    measured: the motion with the navigation errors. command: v before the saturation; commanded: h(v); applied: after the faults;
     disturbance: added to it [N, N·m]. thrusts: after the faults, where thrusters fly [N].
     """
 
     t: Scalar
     motion: Motion
-    seen: Motion
+    measured: Motion
     target: TargetMotion
     plant: Plant
     command: Channels

@@ -40,7 +40,7 @@ class Loop(NamedTuple):
     where they fly.
     """
 
-    law: Controller
+    controller: Controller
     saturation: Saturation
     faults: tuple[Fault, ...]
     disturbances: tuple[Disturbance, ...]
@@ -60,7 +60,7 @@ class Drawn(NamedTuple):
     faults: tuple[Numbers, ...]
     disturbances: tuple[Numbers, ...]
     gains: Numbers
-    rules: MetricContext
+    context: MetricContext
     navigation: tuple[Numbers, ...] = ()
 
 
@@ -89,7 +89,7 @@ def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
     motion = first = drawn.motion._replace(sigma=shadow(drawn.motion.sigma))
     zero = drawn.plant.upper * 0.0
     idle = able(drawn.plant) * 0.0
-    tick = Tick(0, drawn.rules.step_s * 0.0, drawn.rules.step_s)
+    tick = Tick(0, drawn.context.step_s * 0.0, drawn.context.step_s)
     navigation: list[Any] = []
     for one, own in zip(loop.navigation, drawn.navigation, strict=True):
         navigation.append(one.start(first, own))
@@ -101,8 +101,8 @@ def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
         control=Sampled(tick.t, first, drawn.target, zero) if loop.sampling else (),
         solved=loop.gear.allocation.idle(zero) if loop.gear is not None else (),
     )
-    view = seen(tick.t, first, drawn.target, alpha(drawn.target, drawn.plant), drawn)
-    return State(motion, drawn.target, loop.law.start(view, drawn.gains)), held
+    view = measurement(tick.t, first, drawn.target, alpha(drawn.target, drawn.plant), drawn)
+    return State(motion, drawn.target, loop.controller.start(view, drawn.gains)), held
 
 
 def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Tick | None = None) -> tuple[State, Step, Held]:
@@ -110,7 +110,7 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
     plant = drawn.plant
     alpha_t = alpha(y.target, plant)
     motion, navigation = measured(loop, drawn, t, y.motion, held.navigation, tick)
-    view = seen(t, motion, y.target, alpha_t, drawn)
+    view = measurement(t, motion, y.target, alpha_t, drawn)
     actuators = partial(saturate, loop.saturation, upper=plant.upper, lower=plant.lower)
     response, control = commands(loop, drawn, view, y.control, actuators, held.control, tick)
 
@@ -135,7 +135,7 @@ def alpha(target: TargetMotion, plant: Plant) -> Vector:
     return target_alpha(target.w, plant.target_inertia, plant.target_inertia_inverse)
 
 
-def seen(t: Scalar, motion: Motion, target: TargetMotion, alpha_t: Vector, drawn: Drawn) -> Measurement:
+def measurement(t: Scalar, motion: Motion, target: TargetMotion, alpha_t: Vector, drawn: Drawn) -> Measurement:
     """What the controller gets: the measured motion and what a cooperative target sends."""
     return Measurement(t, motion, target, alpha_t, drawn.plant.port, drawn.upper, drawn.lower)
 
@@ -153,22 +153,22 @@ def measured(
 
 
 def commands(
-    loop: Loop, drawn: Drawn, view: Measurement, own: Any, actuators: Any, control: Sampled | tuple[()], tick: Tick | None
+    loop: Loop, drawn: Drawn, view: Measurement, state: Any, actuators: Any, control: Sampled | tuple[()], tick: Tick | None
 ) -> tuple[Response, Sampled | tuple[()]]:
     """The controller's response to what it sees now, or to what it saw at its last instant (zero-order hold).
 
     Between two instants a sampled controller goes on integrating its own state with the measurement of the last one.
     """
     if not isinstance(control, Sampled):
-        return loop.law.respond(view, own, actuators, drawn.gains), control
+        return loop.controller.respond(view, state, actuators, drawn.gains), control
     due = False if tick is None else tick.k % loop.sampling == 0
 
     def latest(new: Any, old: Any) -> Any:
         return jax.tree.map(lambda a, b: jnp.where(due, a, b), new, old)
 
     last = latest(Sampled(view.t, view.motion, view.target, control.command), control)
-    looked = seen(last.t, last.motion, last.target, alpha(last.target, drawn.plant), drawn)
-    response = loop.law.respond(looked, own, actuators, drawn.gains)
+    last_view = measurement(last.t, last.motion, last.target, alpha(last.target, drawn.plant), drawn)
+    response = loop.controller.respond(last_view, state, actuators, drawn.gains)
     command = latest(response.command, control.command)
     return response._replace(command=command), last._replace(command=command)
 

@@ -184,7 +184,7 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
         disturbances=tuple(draws.numbers(part) for part in problem.disturbances),
         navigation=tuple(draws.numbers(part) for part in problem.navigation),
         gains=draws.numbers(problem.controller, below="gains"),
-        rules=_rules(problem, draws, port, faults),
+        context=_context(problem, draws, port, faults),
     )
 
 
@@ -218,7 +218,7 @@ def _target(problem: Problem, draws: Draws) -> TargetMotion:
     )
 
 
-def _rules(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, ...]) -> MetricContext:
+def _context(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, ...]) -> MetricContext:
     """What the metrics measure against. Without a docking axis (δ = 0) nothing is outside the approach cone."""
     spec = problem.spec
     duration = spec.horizon.duration_s

@@ -46,9 +46,9 @@ class EnvelopePoint(NamedTuple):
 def begin(loop: closed_loop.Loop, metrics: tuple[Metric, ...], drawn: Drawn) -> Carry:
     """The carry at t = 0."""
     y, held = closed_loop.start(loop, drawn)
-    folds = tuple(metric.start(drawn.rules) for metric in metrics)
+    folds = tuple(metric.start(drawn.context) for metric in metrics)
     carry = Carry(y, held, folds, jnp.where(finite(y), jnp.inf, 0.0))
-    return jax.tree.map(lambda x: jnp.asarray(x, drawn.rules.step_s.dtype), carry)
+    return jax.tree.map(lambda x: jnp.asarray(x, drawn.context.step_s.dtype), carry)
 
 
 def advance(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: Carry, first: Scalar, last: Scalar) -> Carry:
@@ -58,7 +58,7 @@ def advance(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry
 
 def step(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: Carry, k: Scalar) -> Carry:
     """The carry at step k + 1 from the carry at step k."""
-    h = drawn.rules.step_s
+    h = drawn.context.step_s
     t = k * h
     rate, now, held = opened(evaluate, drawn, carry, k)
     weight = h * jnp.where(k == 0, 0.5, 1.0)
@@ -71,7 +71,7 @@ def step(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: C
 
 def opened(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> tuple[State, Step, Held]:
     """(ẏ, everything, what is held) where step k begins. Where nothing is held there is nothing to renew."""
-    h = drawn.rules.step_s
+    h = drawn.context.step_s
     tick = Tick(k, k * h, h) if jax.tree.leaves(carry.held) else None
     return evaluate(drawn, k * h, carry.y, carry.held, tick)
 
@@ -92,17 +92,17 @@ def finish(
     evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: Carry, k: Scalar
 ) -> tuple[Mapping[str, Scalar], Scalar]:
     """The metrics' values after step k, the last, and the time at which the flight was lost (+∞: never)."""
-    weight = 0.5 * drawn.rules.step_s
+    weight = 0.5 * drawn.context.step_s
     folds = fold(metrics, carry.folds, observe(evaluate, drawn, carry, k), weight, drawn)
     values: dict[str, Scalar] = {}
     for metric, acc in zip(metrics, folds, strict=True):
-        values |= metric.finish(acc, drawn.rules)
+        values |= metric.finish(acc, drawn.context)
     return values, carry.lost_s
 
 
 def fold(metrics: tuple[Metric, ...], folds: tuple[Any, ...], now: Step, weight: Scalar, drawn: Drawn) -> tuple[Any, ...]:
     """Every metric's accumulator after one more instant."""
-    return tuple(m.update(acc, now, weight, drawn.rules) for m, acc in zip(metrics, folds, strict=True))
+    return tuple(m.update(acc, now, weight, drawn.context) for m, acc in zip(metrics, folds, strict=True))
 
 
 def finite(y: State) -> Scalar:

@@ -122,7 +122,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
     return Problem(
         spec=spec,
         loop=Loop(
-            law=build[spec.controller.path],
+            controller=build[spec.controller.path],
             saturation=SATURATIONS[spec.saturation.use],
             faults=tuple(build[choice.path] for choice in spec.faults),
             disturbances=tuple(build[choice.path] for choice in spec.disturbances),

@@ -73,7 +73,7 @@ def _motion(measured: bool) -> list[Signal]:
     }
     if measured:
         vectors |= {
-            f"seen_{form}": (unit, f"as measured, {text}", symbol, place.replace("motion", "seen"))
+            f"seen_{form}": (unit, f"as measured, {text}", symbol, place.replace("motion", "measured"))
             for form, (unit, text, symbol, place) in vectors.items()
             if place.startswith("motion")
         }
@@ -139,20 +139,20 @@ def _shares(step: Step) -> Channels:
     return each(share, step.commanded, step.plant.upper, step.plant.lower)
 
 
-def reported(law: Controller, gains: Mapping[str, Quantity]) -> Mapping[str, Any]:
+def reported(controller: Controller, gains: Mapping[str, Quantity]) -> Mapping[str, Any]:
     """A controller's own signals, by name, without their numbers: it is traced, not run. gains: what it gets."""
     one = jax.ShapeDtypeStruct((), jnp.float32)
     vector = Vector(one, one, one)
     channels = Channels(vector, vector)
     motion = Motion(vector, vector, vector, vector)
-    seen = Measurement(one, motion, TargetMotion(vector, vector, vector), vector, vector, channels, channels)
+    measurement = Measurement(one, motion, TargetMotion(vector, vector, vector), vector, vector, channels, channels)
     shapes = {"vector": vector, "channels": channels}
     numbers = Numbers({name: shapes.get(gain.shape, one) for name, gain in gains.items()})
 
-    def signals(seen: Measurement, numbers: Numbers) -> Mapping[str, Any]:
-        return law.respond(seen, law.start(seen, numbers), lambda v: (v, v), numbers).report.signals
+    def signals(measurement: Measurement, numbers: Numbers) -> Mapping[str, Any]:
+        return controller.respond(measurement, controller.start(measurement, numbers), lambda v: (v, v), numbers).report.signals
 
-    return jax.eval_shape(signals, seen, numbers)
+    return jax.eval_shape(signals, measurement, numbers)
 
 
 def thrusts(step: Step) -> tuple[Any, ...]:

@@ -75,7 +75,7 @@ Finished = Callable[[tuple[Any, ...], MetricContext], Scalar]
 
 
 class Watch(NamedTuple):
-    """One temporal operator as a fold: start(rules) → acc; update(acc, step, rules) → acc."""
+    """One temporal operator as a fold: start(context) → acc; update(acc, step, context) → acc."""
 
     start: Callable[[MetricContext], tuple[Scalar, ...]]
     update: Callable[[tuple[Scalar, ...], Step, MetricContext], tuple[Scalar, ...]]
@@ -101,15 +101,15 @@ def folded(formulas: Mapping[str, Formula], signals: Mapping[str, Signal], step_
     }
     watches = tuple(made.watches)
 
-    def start(rules: MetricContext) -> tuple[Any, ...]:
-        return tuple(watch.start(rules) for watch in watches)
+    def start(context: MetricContext) -> tuple[Any, ...]:
+        return tuple(watch.start(context) for watch in watches)
 
-    def update(acc: tuple[Any, ...], step: Step, weight: Scalar, rules: MetricContext) -> tuple[Any, ...]:
+    def update(acc: tuple[Any, ...], step: Step, weight: Scalar, context: MetricContext) -> tuple[Any, ...]:
         del weight
-        return tuple(watch.update(own, step, rules) for watch, own in zip(watches, acc, strict=True))
+        return tuple(watch.update(own, step, context) for watch, own in zip(watches, acc, strict=True))
 
-    def finish(acc: tuple[Any, ...], rules: MetricContext) -> Mapping[str, Scalar]:
-        return {name: value(acc, rules) for name, value in values.items()}
+    def finish(acc: tuple[Any, ...], context: MetricContext) -> Mapping[str, Scalar]:
+        return {name: value(acc, context) for name, value in values.items()}
 
     return Folded(Metric(columns, start, update, finish), tuple(made.numbers))
 
@@ -141,10 +141,10 @@ class _Maker:
         if isinstance(formula, Junction):
             parts = [self.formula(part) for part in formula.parts]
             join = jnp.minimum if formula.word == "all" else jnp.maximum
-            return lambda acc, rules: reduce(join, [part(acc, rules) for part in parts])
+            return lambda acc, context: reduce(join, [part(acc, context) for part in parts])
         if isinstance(formula, Negation):
             part = self.formula(formula.part)
-            return lambda acc, rules: -part(acc, rules)
+            return lambda acc, context: -part(acc, context)
         place, last = len(self.watches), 0
         if isinstance(formula, UntilSettled):
             watch, last = until_settled(self.state(formula.part)), 1
@@ -155,29 +155,29 @@ class _Maker:
             watch = make(self.state(formula.part), self._inside(formula.window))
         elif isinstance(formula, TimeShare):
             self.watches.append(time_share(self.state(formula.part), self._inside(formula.window)))
-            return lambda acc, rules: acc[place][0] / acc[place][1]
+            return lambda acc, context: acc[place][0] / acc[place][1]
         else:
             raise TypeError(f"{formula} is no formula of a whole flight")
         self.watches.append(watch)
-        return lambda acc, rules: acc[place][last]
+        return lambda acc, context: acc[place][last]
 
     def state(self, formula: Formula) -> State:
         """Of a formula without temporal operators."""
         if isinstance(formula, Junction):
             parts = [self.state(part) for part in formula.parts]
             join = jnp.minimum if formula.word == "all" else jnp.maximum
-            return lambda step, rules: reduce(join, [part(step, rules) for part in parts])
+            return lambda step, context: reduce(join, [part(step, context) for part in parts])
         if isinstance(formula, Negation):
             part = self.state(formula.part)
-            return lambda step, rules: -part(step, rules)
+            return lambda step, context: -part(step, context)
         if not isinstance(formula, Predicate):
             raise TypeError(f"{formula} is no formula of one instant")
         get, value, above = self._signals[formula.signal].get, self._number(formula.value), formula.above
         scale = None if formula.scale is None else self._number(formula.scale)
 
-        def margin(step: Step, rules: MetricContext) -> Scalar:
-            room = get(step) - value(rules) if above else value(rules) - get(step)
-            return room if scale is None else room / scale(rules)
+        def margin(step: Step, context: MetricContext) -> Scalar:
+            room = get(step) - value(context) if above else value(context) - get(step)
+            return room if scale is None else room / scale(context)
 
         return margin
 
@@ -185,65 +185,65 @@ class _Maker:
         """Whether an instant is in a window, whose ends are put half-way between two steps so that no rounding decides."""
         first, behind = window.steps(self._step_s)
         start, end = self._number((first - 0.5) * self._step_s), self._number((behind + 0.5) * self._step_s)
-        return lambda step, rules: (step.t > start(rules)) & (step.t < end(rules))
+        return lambda step, context: (step.t > start(context)) & (step.t < end(context))
 
     def _number(self, value: float) -> Callable[[MetricContext], Scalar]:
         place = len(self.numbers)
         self.numbers.append(value)
-        return lambda rules: rules.margins[place]
+        return lambda context: context.margins[place]
 
 
 def always(state: State, inside: State) -> Watch:
     """min ρ over the window."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
-        return (jnp.where(inside(step, rules), jnp.minimum(acc[0], state(step, rules)), acc[0]),)
+    def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
+        return (jnp.where(inside(step, context), jnp.minimum(acc[0], state(step, context)), acc[0]),)
 
-    return Watch(lambda rules: (_full(rules, jnp.inf),), update)
+    return Watch(lambda context: (_full(context, jnp.inf),), update)
 
 
 def eventually(state: State, inside: State) -> Watch:
     """max ρ over the window."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
-        return (jnp.where(inside(step, rules), jnp.maximum(acc[0], state(step, rules)), acc[0]),)
+    def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
+        return (jnp.where(inside(step, context), jnp.maximum(acc[0], state(step, context)), acc[0]),)
 
-    return Watch(lambda rules: (_full(rules, -jnp.inf),), update)
+    return Watch(lambda context: (_full(context, -jnp.inf),), update)
 
 
 def time_share(state: State, inside: State) -> Watch:
     """(steps of the window at which ρ > 0, steps of the window)."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
-        within = inside(step, rules)
-        true = within & (state(step, rules) > 0.0)
+    def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
+        within = inside(step, context)
+        true = within & (state(step, context) > 0.0)
         return acc[0] + jnp.where(true, 1.0, 0.0), acc[1] + jnp.where(within, 1.0, 0.0)
 
-    return Watch(lambda rules: (_full(rules, 0.0), _full(rules, 0.0)), update)
+    return Watch(lambda context: (_full(context, 0.0), _full(context, 0.0)), update)
 
 
 def until_settled(state: State) -> Watch:
     """(min ρ so far, the same up to the last step outside the tubes): the second one is min ρ over t < T."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
-        lowest = jnp.minimum(acc[0], state(step, rules))
-        settled = (norm(step.motion.rho) <= rules.tube_m) & (norm(step.motion.sigma) <= rules.tube_mrp)
+    def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
+        lowest = jnp.minimum(acc[0], state(step, context))
+        settled = (norm(step.motion.rho) <= context.tube_m) & (norm(step.motion.sigma) <= context.tube_mrp)
         return lowest, jnp.where(settled, acc[1], lowest)
 
-    return Watch(lambda rules: (_full(rules, jnp.inf), _full(rules, jnp.inf)), update)
+    return Watch(lambda context: (_full(context, jnp.inf), _full(context, jnp.inf)), update)
 
 
 def until(hold: State, reach: State, inside: State) -> Watch:
     """(min ρ(φ) before this step, the best of min(ρ(ψ), that) in the window so far)."""
 
-    def update(acc: tuple[Scalar, ...], step: Step, rules: MetricContext) -> tuple[Scalar, ...]:
+    def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
         held, best = acc
-        reached = jnp.minimum(reach(step, rules), held)
-        best = jnp.where(inside(step, rules), jnp.maximum(best, reached), best)
-        return jnp.minimum(held, hold(step, rules)), best
+        reached = jnp.minimum(reach(step, context), held)
+        best = jnp.where(inside(step, context), jnp.maximum(best, reached), best)
+        return jnp.minimum(held, hold(step, context)), best
 
-    return Watch(lambda rules: (_full(rules, jnp.inf), _full(rules, -jnp.inf)), update)
+    return Watch(lambda context: (_full(context, jnp.inf), _full(context, -jnp.inf)), update)
 
 
-def _full(rules: MetricContext, value: float) -> Scalar:
-    return jnp.full_like(rules.duration_s, value)
+def _full(context: MetricContext, value: float) -> Scalar:
+    return jnp.full_like(context.duration_s, value)

@@ -56,7 +56,7 @@ def test_without_margins_nothing_is_another_one_than_before() -> None:
     """What is compiled, and the numbers that it gets. Kills: a fold or a number that is there although nothing asks for it."""
     problem = load(CAMPAIGN)
     assert problem.metrics == tuple(component("metrics", name) for name in members("metrics"))
-    assert problem.margins == Draws.of(problem, np.arange(2))[1].rules.margins == ()
+    assert problem.margins == Draws.of(problem, np.arange(2))[1].context.margins == ()
     assert with_margins({}).metrics == problem.metrics
 
 

@@ -133,8 +133,8 @@ MUTANTS = (
     Mutant(
         "last weight of the trapezoid",
         "simulation/flight.py",
-        "weight = 0.5 * drawn.rules.step_s",
-        "weight = drawn.rules.step_s",
+        "weight = 0.5 * drawn.context.step_s",
+        "weight = drawn.context.step_s",
         FOLDS,
     ),
     Mutant(
@@ -154,7 +154,7 @@ MUTANTS = (
     Mutant(
         "settled one step early",
         "components/metrics/convergence.py",
-        "jnp.maximum(last + rules.step_s, 0.0)",
+        "jnp.maximum(last + context.step_s, 0.0)",
         "jnp.maximum(last, 0.0)",
         FOLDS,
     ),
@@ -238,8 +238,8 @@ MUTANTS = (
     Mutant(
         "no Ω×ρ in α̇_ν",
         "physics/backstepping.py",
-        "rho_rate = seen.motion.nu - cross(known.omega_p, rho)",
-        "rho_rate = seen.motion.nu",
+        "rho_rate = measurement.motion.nu - cross(known.omega_p, rho)",
+        "rho_rate = measurement.motion.nu",
         LINEAR,
     ),
     Mutant(
@@ -357,8 +357,14 @@ MUTANTS = (
         PROOF,
     ),
     Mutant("no K₂z₂", "physics/backstepping.py", "(feedback(now.z2, gains) + first_error", "(first_error", PROOF),
-    Mutant("clip at swapped limits", NOMINAL, "-seen.lower, seen.upper)", "-seen.upper, seen.lower)", CLIP),
-    Mutant("no clip", NOMINAL, "each(jnp.clip, wanted, -seen.lower, seen.upper)", "wanted", CLIP),
+    Mutant(
+        "clip at swapped limits",
+        NOMINAL,
+        "-measurement.lower, measurement.upper)",
+        "-measurement.upper, measurement.lower)",
+        CLIP,
+    ),
+    Mutant("no clip", NOMINAL, "each(jnp.clip, wanted, -measurement.lower, measurement.upper)", "wanted", CLIP),
     Mutant("adaptation that stands still", NOMINAL, "adaptation(now, now.z2,", "adaptation(now, now.z2 * 0.0,", PROOF),
     Mutant("ζ on the other side", WINDUP, "now.z2 - state.zeta", "now.z2 + state.zeta", WITHHELD),
     Mutant("no leak in the law", WINDUP, "state.inertia, gains) - leak", "state.inertia, gains)", WITHHELD),
@@ -448,8 +454,8 @@ MUTANTS = (
     Mutant(
         "a start on the true motion",
         "simulation/closed_loop.py",
-        "seen(tick.t, first, drawn.target",
-        "seen(tick.t, motion, drawn.target",
+        "measurement(tick.t, first, drawn.target",
+        "measurement(tick.t, motion, drawn.target",
         "test_navigation.py::test_the_controller_starts_on_what_it_sees",
     ),
     # sampled control
@@ -457,8 +463,8 @@ MUTANTS = (
     Mutant(
         "an own state that sees the present",
         "simulation/closed_loop.py",
-        "loop.law.respond(looked, own",
-        "loop.law.respond(view, own",
+        "loop.controller.respond(last_view, state",
+        "loop.controller.respond(view, state",
         BY_HAND,
     ),
     Mutant(
@@ -471,25 +477,27 @@ MUTANTS = (
     Mutant(
         "a look that comes late",
         "simulation/closed_loop.py",
-        "looked = seen(last.t, last.motion",
-        "looked = seen(last.t, control.motion",
+        "last_view = measurement(last.t, last.motion",
+        "last_view = measurement(last.t, control.motion",
         BY_HAND,
     ),
     # temporal margins
-    Mutant("a predicate turned round", MARGINS, "if above else value(rules) - get(step)", "if above else get(step)", DEFINITION),
-    Mutant("a scale that multiplies", MARGINS, "room / scale(rules)", "room * scale(rules)", DEFINITION),
+    Mutant(
+        "a predicate turned round", MARGINS, "if above else value(context) - get(step)", "if above else get(step)", DEFINITION
+    ),
+    Mutant("a scale that multiplies", MARGINS, "room / scale(context)", "room * scale(context)", DEFINITION),
     Mutant(
         "a lost negation of a state",
         MARGINS,
-        "lambda step, rules: -part(step, rules)",
-        "lambda step, rules: part(step, rules)",
+        "lambda step, context: -part(step, context)",
+        "lambda step, context: part(step, context)",
         "test_margins.py::test_not_always_is_eventually_not",
     ),
     Mutant(
         "a lost negation of a flight",
         MARGINS,
-        "lambda acc, rules: -part(acc, rules)",
-        "lambda acc, rules: part(acc, rules)",
+        "lambda acc, context: -part(acc, context)",
+        "lambda acc, context: part(acc, context)",
         "test_margins.py::test_a_margin_is_above_zero_where_the_formula_is_true",
     ),
     Mutant("a window that begins a step late", MARGINS, "(first - 0.5)", "(first + 0.5)", DEFINITION),
@@ -497,8 +505,8 @@ MUTANTS = (
     Mutant(
         "the latest for the smallest",
         MARGINS,
-        "jnp.minimum(acc[0], state(step, rules)), acc[0])",
-        "state(step, rules), acc[0])",
+        "jnp.minimum(acc[0], state(step, context)), acc[0])",
+        "state(step, context), acc[0])",
         DEFINITION,
     ),
     Mutant(
@@ -508,7 +516,7 @@ MUTANTS = (
         "make = always",
         DEFINITION,
     ),
-    Mutant("settled by the position alone", MARGINS, " & (norm(step.motion.sigma) <= rules.tube_mrp)", "", DEFINITION),
+    Mutant("settled by the position alone", MARGINS, " & (norm(step.motion.sigma) <= context.tube_mrp)", "", DEFINITION),
     Mutant("held until the end, not until settled", MARGINS, "jnp.where(settled, acc[1], lowest)", "lowest", DEFINITION),
     Mutant(
         "held up to the step before the last outside",
@@ -520,23 +528,23 @@ MUTANTS = (
     Mutant(
         "hold also where reach is",
         MARGINS,
-        "jnp.minimum(reach(step, rules), held)",
-        "jnp.minimum(reach(step, rules), jnp.minimum(held, hold(step, rules)))",
+        "jnp.minimum(reach(step, context), held)",
+        "jnp.minimum(reach(step, context), jnp.minimum(held, hold(step, context)))",
         DEFINITION,
     ),
     Mutant(
         "hold from the window on only",
         MARGINS,
-        "return jnp.minimum(held, hold(step, rules)), best",
-        "return jnp.where(inside(step, rules), jnp.minimum(held, hold(step, rules)), held), best",
+        "return jnp.minimum(held, hold(step, context)), best",
+        "return jnp.where(inside(step, context), jnp.minimum(held, hold(step, context)), held), best",
         DEFINITION,
     ),
     Mutant("the first number for any", MARGINS, "place = len(self.numbers)", "place = 0", DEFINITION),
     Mutant(
         "a threshold in the program",
         MARGINS,
-        "return lambda rules: rules.margins[place]",
-        "return lambda rules: value",
+        "return lambda context: context.margins[place]",
+        "return lambda context: value",
         OF_ITS_TRACE,
     ),
     Mutant(

@@ -71,10 +71,10 @@ def one() -> Any:
     return flights.lane(flights.draw(flights.gains("saturated-adaptive") | flights.GENTLE, 300.0, 0.05), 0)
 
 
-def seen(one: Any) -> Measurement:
+def measurement(one: Any) -> Measurement:
     plant = one.plant
     alpha_t = closed_loop.target_alpha(one.target.w, plant.target_inertia, plant.target_inertia_inverse)
-    return closed_loop.seen(jnp.asarray(0.0), one.motion, one.target, alpha_t, one)
+    return closed_loop.measurement(jnp.asarray(0.0), one.motion, one.target, alpha_t, one)
 
 
 @pytest.mark.parametrize("shaped", [True, False])
@@ -84,7 +84,7 @@ def test_the_plant_is_linear_in_its_parameters(one: Any, shaped: bool) -> None:
     ż₂ is the derivative of z₂(motion) along the plant's own rate, by jax.jvp.
     """
     wrench = Channels.of((1.0, -2.0, 1.5, 0.2, -0.3, 0.4))
-    now = seen(one)
+    now = measurement(one)
     known = closed_loop.relative(one.motion, one.target, now.alpha_t, one.plant.port)
     rates = (
         closed_loop.motion_rate(one.motion, known, one.plant, wrench),
@@ -105,7 +105,7 @@ def test_the_plant_is_linear_in_its_parameters(one: Any, shaped: bool) -> None:
 
 def test_gradient_of_the_model(one: Any) -> None:
     """Yᵀz = ∂(zᵀYθ)/∂θ for the seven parameters, against jax.grad; kills a sign in the gradient of −Ω×JΩ."""
-    now = backstepping.tracking(True, seen(one), one.gains)
+    now = backstepping.tracking(True, measurement(one), one.gains)
     z = Channels.of((0.3, -0.2, 0.5, 0.02, -0.04, 0.03))
 
     def power(mass: Any, inertia: Symmetric) -> Any:
@@ -133,12 +133,12 @@ def test_projection_stops_at_the_bounds_only() -> None:
 def respond(one: Any, state: Any, **options: Any) -> Any:
     parameters = saturated_adaptive.Parameters(**options)
     actuators = partial(saturate, SATURATIONS["smooth-tanh"], upper=one.plant.upper, lower=one.plant.lower)
-    return saturated_adaptive.respond(parameters, seen(one), state, actuators, one.gains), actuators
+    return saturated_adaptive.respond(parameters, measurement(one), state, actuators, one.gains), actuators
 
 
 def busy(one: Any, **options: Any) -> Any:
     """A state of the controller in which nothing is zero."""
-    state = saturated_adaptive.start(saturated_adaptive.Parameters(**options), seen(one), one.gains)
+    state = saturated_adaptive.start(saturated_adaptive.Parameters(**options), measurement(one), one.gains)
     spread = [0.6, -1.1, 0.9, 0.15, -0.2, 0.12]
     return state._replace(
         v=Channels.of(tuple(spread)),
@@ -178,7 +178,7 @@ def test_adaptation_follows_the_gradient(one: Any) -> None:
     α₂ = −(Ŷθ + K₂z₂ + D̂∘z₂/√(z₂²+ε²)) by the same token.
     """
     response, _ = respond(one, state := busy(one), derivative="filtered")
-    now = backstepping.tracking(True, seen(one), one.gains)
+    now = backstepping.tracking(True, measurement(one), one.gains)
     mass, inertia = backstepping.gradient(now, now.z2)
     assert float(response.rate.mass) == pytest.approx(float(one.gains.gamma_mass * mass), rel=1e-12)
     np.testing.assert_allclose(response.rate.inertia.parts(), (inertia * one.gains.gamma_inertia).parts(), rtol=1e-12)
@@ -222,7 +222,7 @@ def test_pd_plus_lyapunov_function_falls(one: Any) -> None:
     mass, moment = gains.mass_guess_kg, gains.inertia_guess_kgm2
     inertia, inverse = Symmetric.of(moment, 0.0), Symmetric.of(1.0 / moment, 0.0)
     plant = one.plant._replace(mass=mass, inertia=inertia, inertia_inverse=inverse)
-    now = seen(one)
+    now = measurement(one)
     wrench = pd_plus.respond(now, (), SimpleNamespace(), gains).command
     known = closed_loop.relative(one.motion, one.target, now.alpha_t, plant.port)
     rate = closed_loop.motion_rate(one.motion, known, plant, wrench)
@@ -239,7 +239,7 @@ def test_pd_plus_lyapunov_function_falls(one: Any) -> None:
 
 def test_shaped_virtual_speed_is_bounded(one: Any) -> None:
     """|α_ν| ≤ v_max however far away, along −ρ; unshaped it grows with ρ."""
-    far = seen(one)._replace(motion=one.motion._replace(rho=Vector(1e4, -2e4, 3e4)))
+    far = measurement(one)._replace(motion=one.motion._replace(rho=Vector(1e4, -2e4, 3e4)))
     for shaped, low, high in ((True, 0.99, 1.0), (False, 100.0, math.inf)):
         z2 = backstepping.tracking(shaped, far, one.gains).z2
         speed = np.linalg.norm(np.array((far.motion.nu - z2.force).parts()))

@@ -45,7 +45,7 @@ def scene(name: str, known: bool = True, **gains: float) -> Any:
 def look(one: Any, motion: Any = None) -> Any:
     """What the controller sees."""
     alpha_t = closed_loop.alpha(one.target, one.plant)
-    return closed_loop.seen(jnp.asarray(0.0), one.motion if motion is None else motion, one.target, alpha_t, one)
+    return closed_loop.measurement(jnp.asarray(0.0), one.motion if motion is None else motion, one.target, alpha_t, one)
 
 
 def actuators(one: Any, saturation: str = "hard-clip") -> Any:
@@ -54,11 +54,13 @@ def actuators(one: Any, saturation: str = "hard-clip") -> Any:
 
 def rates(one: Any, control: Any, law: Any, push: Channels = PUSH * 0.0, saturation: str = "hard-clip") -> tuple[Any, Any]:
     """(motion, target, control)˙ of the closed loop under a constant wrench, and the controller's response."""
-    seen = look(one)
-    response = law.respond(seen, control, actuators(one, saturation), one.gains)
+    measurement = look(one)
+    response = law.respond(measurement, control, actuators(one, saturation), one.gains)
     wrench = actuators(one, saturation)(response.command)[0] + push
-    motion = closed_loop.motion_rate(one.motion, relative(one.motion, one.target, seen.alpha_t, seen.port), one.plant, wrench)
-    return (motion, closed_loop.target_rate(one.target, seen.alpha_t), response.rate), response
+    motion = closed_loop.motion_rate(
+        one.motion, relative(one.motion, one.target, measurement.alpha_t, measurement.port), one.plant, wrench
+    )
+    return (motion, closed_loop.target_rate(one.target, measurement.alpha_t), response.rate), response
 
 
 def slope(function: Any, one: Any, control: Any, rate: Any) -> Any:
@@ -135,9 +137,9 @@ def test_what_a_controller_gives(name: str) -> None:
         one = jax.tree.map(lambda x, kind=kind: jnp.asarray(x, kind), scene(name, known=False))
         goal = one._replace(motion=jax.tree.map(jnp.zeros_like, one.motion))
         for here in (one, goal):
-            seen = look(here)._replace(t=jnp.asarray(0.0, kind))
-            control = jax.tree.map(lambda x, kind=kind: jnp.asarray(x, kind), law.start(seen, here.gains))
-            response = law.respond(seen, control, actuators(here, "smooth-tanh"), here.gains)
+            measurement = look(here)._replace(t=jnp.asarray(0.0, kind))
+            control = jax.tree.map(lambda x, kind=kind: jnp.asarray(x, kind), law.start(measurement, here.gains))
+            response = law.respond(measurement, control, actuators(here, "smooth-tanh"), here.gains)
             assert jax.tree.structure(response.rate) == jax.tree.structure(control)
             assert isinstance(response.command, Channels)
             assert isinstance(response.report.chi, Channels)
@@ -146,7 +148,7 @@ def test_what_a_controller_gives(name: str) -> None:
                 assert jnp.asarray(x).dtype == kind
                 assert jnp.shape(x) == ()
                 assert np.isfinite(x)
-            again = law.respond(seen, control, actuators(here, "smooth-tanh"), here.gains)
+            again = law.respond(measurement, control, actuators(here, "smooth-tanh"), here.gains)
             jax.tree.map(np.testing.assert_array_equal, response, again)
 
 
@@ -279,10 +281,12 @@ def test_command_filter_lags_a_ramp_by_its_time() -> None:
 
 def virtual(one: Any, control: Any) -> Channels:
     """α = A(z̄₁) + A(ξ₁)."""
-    seen = look(one)
-    known = relative(one.motion, one.target, seen.alpha_t, seen.port)
+    measurement = look(one)
+    known = relative(one.motion, one.target, measurement.alpha_t, measurement.port)
     z1 = Channels(one.motion.rho, one.motion.sigma) - control.xi1
-    return command_filtered.virtual(seen, known, z1, one.gains) + command_filtered.virtual(seen, known, control.xi1, one.gains)
+    return command_filtered.virtual(measurement, known, z1, one.gains) + command_filtered.virtual(
+        measurement, known, control.xi1, one.gains
+    )
 
 
 def test_compensated_errors_know_of_neither_filter_nor_saturation() -> None:

@@ -114,10 +114,10 @@ def fold(said: list[Mapping[str, Said]], made: list[Trace]) -> dict[str, Array]:
     all_of_them = [folded(read(one), SIGNALS, STEP_S) for one in said]
     metric = all_of_them[0].metric
     zero = jnp.zeros(())
-    rules = MetricContext(*(zero + 1.0,) * 4, zero, zero, Vector(zero, zero, zero), zero + STEP_S)
+    context = MetricContext(*(zero + 1.0,) * 4, zero, zero, Vector(zero, zero, zero), zero + STEP_S)
 
     def flight(numbers: tuple[Any, ...], values: Any, outside: Any) -> Mapping[str, Any]:
-        own = rules._replace(margins=numbers)
+        own = context._replace(margins=numbers)
 
         def step(acc: Any, now: Any) -> tuple[Any, None]:
             t, values, (rho, sigma) = now

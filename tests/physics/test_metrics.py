@@ -25,10 +25,10 @@ def flown(levant: Recorder) -> tuple[Drawn, flights.Record]:
     """Four lanes that differ in what they meet: tubes held, left, never reached; actuators that saturate or do not."""
     numbers = flights.gains("saturated-adaptive")
     drawn = flights.draw(numbers, DURATION_S, STEP_S, ONSET_S, WINDOW_S)
-    rules = drawn.rules._replace(tube_m=np.array([0.1, 1e-6, 0.5, 30.0]), tube_mrp=np.array([1e-2, 2e-3, 1e-9, 0.9]))
+    context = drawn.context._replace(tube_m=np.array([0.1, 1e-6, 0.5, 30.0]), tube_mrp=np.array([1e-2, 2e-3, 1e-9, 0.9]))
     weak = np.array([1.0, 1.0, 0.3, 0.3])
     plant = drawn.plant._replace(upper=drawn.plant.upper * weak, lower=drawn.plant.lower * weak)
-    drawn = drawn._replace(rules=rules, plant=plant)
+    drawn = drawn._replace(context=context, plant=plant)
     return drawn, levant(drawn, 1)
 
 
@@ -51,14 +51,14 @@ def longest_time(on: Array, weights: Array) -> float:
 
 def brute_force(trace: pd.DataFrame, drawn: Drawn, lane: int) -> dict[str, float]:
     """Every metric from the rows of one trace, by its definition."""
-    rules, plant = flights.lane(drawn.rules, lane), flights.lane(drawn.plant, lane)
+    context, plant = flights.lane(drawn.context, lane), flights.lane(drawn.plant, lane)
     t = trace["t_s"].to_numpy()
     weights = np.full(len(t), STEP_S)
     weights[[0, -1]] *= 0.5
     rho, nu, sigma, omega = (columns(trace, name) for name in ("rho_*_m", "nu_*_m_s", "sigma_*", "omega_*_rad_s"))
     attitude = Rotation.from_mrp(sigma)
     position, turned = np.linalg.norm(rho, axis=1), np.degrees(attitude.magnitude())
-    outside = position > rules.tube_m, np.linalg.norm(sigma, axis=1) > rules.tube_mrp
+    outside = position > context.tube_m, np.linalg.norm(sigma, axis=1) > context.tube_mrp
     settled = [settling(t, out) for out in outside]
     closing = t >= DURATION_S - WINDOW_S - 1e-9
     found = {
@@ -95,8 +95,8 @@ def brute_force(trace: pd.DataFrame, drawn: Drawn, lane: int) -> dict[str, float
     found["angular_impulse_Nms"] = float(trapezoid(np.linalg.norm(applied[:, 3:], axis=1), t))
     from_port = attitude.apply(rho)
     found["closest_approach_m"] = float(np.linalg.norm(from_port + np.array(plant.port.parts()), axis=1).min())
-    angle = np.arccos(np.clip(from_port @ np.array(rules.axis.parts()) / position, -1.0, 1.0))
-    found["corridor_violation_s"] = float(weights @ ((angle > np.radians(10.0)) & (position > rules.tube_m)))
+    angle = np.arccos(np.clip(from_port @ np.array(context.axis.parts()) / position, -1.0, 1.0))
+    found["corridor_violation_s"] = float(weights @ ((angle > np.radians(10.0)) & (position > context.tube_m)))
     return found
 
 

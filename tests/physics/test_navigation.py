@@ -183,7 +183,7 @@ def seen_in_turn(*uses: str, steps: int = 4) -> list[Motion]:
     evaluate = partial(closed_loop.evaluate, closed)
     carry, found = flight.begin(closed, (), drawn), list[Motion]()
     for k in range(steps):
-        found.append(flight.observe(evaluate, drawn, carry, k).seen)
+        found.append(flight.observe(evaluate, drawn, carry, k).measured)
         carry = flight.step(evaluate, (), drawn, carry, k)
     return found
 
@@ -201,8 +201,8 @@ def test_errors_act_in_the_order_of_the_campaign() -> None:
 def test_the_controller_starts_on_what_it_sees() -> None:
     """Its own state at t = 0 comes from the measured motion. Kills: a start on the true motion."""
     closed, drawn = loop_of("bias")
-    started = closed_loop.Controller(lambda view, gains: view.motion.rho, closed.law.respond)
-    y, _ = closed_loop.start(closed._replace(law=started), drawn)
+    started = closed_loop.Controller(lambda view, gains: view.motion.rho, closed.controller.respond)
+    y, _ = closed_loop.start(closed._replace(controller=started), drawn)
     np.testing.assert_allclose(array(y.control) - array(drawn.motion.rho), array(drawn.navigation[0]["position_m"]), atol=1e-12)
 
 

@@ -21,20 +21,20 @@ H = 0.0625
 STEPS = 9
 
 
-def respond(seen: Measurement, memory: Vector, saturate: Any, gains: Numbers) -> Response:
+def respond(measurement: Measurement, memory: Vector, saturate: Any, gains: Numbers) -> Response:
     """Proportional, derivative and integral: an own state that is integrated."""
     del saturate, gains
-    force = seen.motion.rho * -0.3 - seen.motion.nu * 4.0 - memory * 0.02 + seen.target.w * seen.t
-    command = Channels(force, seen.motion.sigma * -0.4 - seen.motion.omega * 3.0)
-    return Response(command, seen.motion.rho + memory * 0.1, Report(command * 0.0, force.x * 0.0, {}))
+    force = measurement.motion.rho * -0.3 - measurement.motion.nu * 4.0 - memory * 0.02 + measurement.target.w * measurement.t
+    command = Channels(force, measurement.motion.sigma * -0.4 - measurement.motion.omega * 3.0)
+    return Response(command, measurement.motion.rho + memory * 0.1, Report(command * 0.0, force.x * 0.0, {}))
 
 
-LAW = Controller(lambda seen, gains: seen.motion.rho * 0.5, respond)
+LAW = Controller(lambda measurement, gains: measurement.motion.rho * 0.5, respond)
 
 
 def scene(sampling: int) -> tuple[Loop, Drawn]:
     """One lane of the scene that flights are tested in, without faults and disturbances."""
-    closed = flights.loop("pd-plus")._replace(law=LAW, sampling=sampling, disturbances=(), faults=())
+    closed = flights.loop("pd-plus")._replace(controller=LAW, sampling=sampling, disturbances=(), faults=())
     return closed, flights.lane(flights.draw({}, 1.0, H)._replace(disturbances=(), faults=()), 1)
 
 
@@ -66,15 +66,15 @@ def test_a_sampled_flight_is_the_one_written_by_hand(every: int) -> None:
     for k in range(STEPS):
         if k % every == 0:
             alpha_t = closed_loop.alpha(y.target, drawn.plant)
-            look = closed_loop.seen(k * drawn.rules.step_s, y.motion, y.target, alpha_t, drawn)
+            look = closed_loop.measurement(k * drawn.context.step_s, y.motion, y.target, alpha_t, drawn)
             command = respond(look, y.control, None, drawn.gains).command
 
         def held(
-            seen: Measurement, memory: Vector, saturate: Any, gains: Numbers, look: Any = look, command: Any = command
+            measurement: Measurement, memory: Vector, saturate: Any, gains: Numbers, look: Any = look, command: Any = command
         ) -> Response:
             return respond(look, memory, saturate, gains)._replace(command=command)
 
-        stepping = closed._replace(law=Controller(LAW.start, held))
+        stepping = closed._replace(controller=Controller(LAW.start, held))
         carry = flight.begin(stepping, (), drawn)._replace(y=y)
         y = flight.step(partial(closed_loop.evaluate, stepping), (), drawn, carry, k).y
     jax.tree.map(np.testing.assert_array_equal, y, flown(every)[1])

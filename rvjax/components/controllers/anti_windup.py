@@ -61,14 +61,14 @@ class Control(NamedTuple):
     zeta: Channels
 
 
-def start(seen: Measurement, gains: Numbers) -> Control:
+def start(measurement: Measurement, gains: Numbers) -> Control:
     """θ̂(0) from the gains, ζ = 0."""
-    return Control(*nominal(gains), seen.upper * 0.0)
+    return Control(*nominal(gains), measurement.upper * 0.0)
 
 
-def respond(seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(measurement: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of (θ̂, ζ)."""
-    now = tracking(True, seen, gains)
+    now = tracking(True, measurement, gains)
     now = now._replace(z2=now.z2 - state.zeta / Channels.pair(gains.mass_guess_kg, gains.inertia_guess_kgm2))
     leak = Channels.pair(gains.k_zeta_force, gains.k_zeta_torque) * state.zeta
     command = certainty_equivalence(now, state.mass, state.inertia, gains) - leak

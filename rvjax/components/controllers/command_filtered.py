@@ -82,28 +82,28 @@ class Control(NamedTuple):
     xi2: Channels
 
 
-def start(seen: Measurement, gains: Numbers) -> Control:
+def start(measurement: Measurement, gains: Numbers) -> Control:
     """θ̂(0) from the gains, α_f = α, α̇_f = ξ = 0."""
-    zero = seen.upper * 0.0
-    known = relative(seen.motion, seen.target, seen.alpha_t, seen.port)
-    alpha = virtual(seen, known, Channels(seen.motion.rho, seen.motion.sigma), gains)
+    zero = measurement.upper * 0.0
+    known = relative(measurement.motion, measurement.target, measurement.alpha_t, measurement.port)
+    alpha = virtual(measurement, known, Channels(measurement.motion.rho, measurement.motion.sigma), gains)
     return Control(*nominal(gains), alpha, zero, zero, zero)
 
 
-def virtual(seen: Measurement, known: Relative, x: Channels, gains: Numbers) -> Channels:
+def virtual(measurement: Measurement, known: Relative, x: Channels, gains: Numbers) -> Channels:
     """A(x)."""
-    there = seen._replace(motion=seen.motion._replace(rho=x.force, sigma=x.torque))
+    there = measurement._replace(motion=measurement.motion._replace(rho=x.force, sigma=x.torque))
     return virtual_velocity(True, there, known, gains)[0]
 
 
-def respond(seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(measurement: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of (θ̂, α_f, α̇_f, ξ)."""
-    known = relative(seen.motion, seen.target, seen.alpha_t, seen.port)
-    sigma = seen.motion.sigma
-    z1 = Channels(seen.motion.rho, sigma) - state.xi1
-    pulled, lagging = virtual(seen, known, z1, gains), virtual(seen, known, state.xi1, gains)
+    known = relative(measurement.motion, measurement.target, measurement.alpha_t, measurement.port)
+    sigma = measurement.motion.sigma
+    z1 = Channels(measurement.motion.rho, sigma) - state.xi1
+    pulled, lagging = virtual(measurement, known, z1, gains), virtual(measurement, known, state.xi1, gains)
     alpha = pulled + lagging
-    now = following(seen, known, state.filtered, state.filtered_rate)
+    now = following(measurement, known, state.filtered, state.filtered_rate)
     turn = mrp_rate(-sigma, z1.torque) * (4.0 * gains.c_torque * gains.k_sigma)  # G(σ)ᵀ = G(−σ)
     first = Channels(pulled.force * -gains.c_force, turn)
     command = -(model(now, state.mass, state.inertia) + feedback(now.z2, gains) + first)

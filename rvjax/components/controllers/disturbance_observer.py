@@ -61,10 +61,12 @@ class Control(NamedTuple):
     p: Channels
 
 
-def free(seen: Measurement) -> Tracking:
+def free(measurement: Measurement) -> Tracking:
     """x₂ in the place of z₂, and Y₀ in that of Y."""
-    zero = seen.upper * 0.0
-    return following(seen, relative(seen.motion, seen.target, seen.alpha_t, seen.port), zero, zero)
+    zero = measurement.upper * 0.0
+    return following(
+        measurement, relative(measurement.motion, measurement.target, measurement.alpha_t, measurement.port), zero, zero
+    )
 
 
 def momentum(now: Tracking, gains: Numbers) -> Channels:
@@ -73,16 +75,16 @@ def momentum(now: Tracking, gains: Numbers) -> Channels:
     return Channels.pair(*slope) * now.z2
 
 
-def start(seen: Measurement, gains: Numbers) -> Control:
+def start(measurement: Measurement, gains: Numbers) -> Control:
     """D̂ = 0."""
-    return Control(-momentum(free(seen), gains))
+    return Control(-momentum(free(measurement), gains))
 
 
-def respond(seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(measurement: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of p."""
-    theta, plant = nominal(gains), free(seen)
+    theta, plant = nominal(gains), free(measurement)
     estimate = state.p + momentum(plant, gains)
-    command = certainty_equivalence(tracking(True, seen, gains), *theta, gains) - estimate
+    command = certainty_equivalence(tracking(True, measurement, gains), *theta, gains) - estimate
     h, _ = saturate(command)
     speed = Channels.pair(gains.observer_force_rad_s, gains.observer_torque_rad_s)
     rate = -(speed * (model(plant, *theta) + h + estimate))

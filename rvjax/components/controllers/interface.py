@@ -31,7 +31,7 @@ class Response(NamedTuple):
 
 
 class Controller(NamedTuple):
-    """start(seen, gains) → the controller's own state at t = 0; respond(seen, state, saturate, gains) → `Response`.
+    """start(measurement, gains) → the controller's own state at t = 0; respond(measurement, state, saturate, gains) → `Response`.
 
     signals: unit and meaning of each signal of its report; the unit WRENCH is that of the channel.
     """

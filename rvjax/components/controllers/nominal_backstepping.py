@@ -55,18 +55,18 @@ class Control(NamedTuple):
     inertia: Symmetric
 
 
-def start(seen: Measurement, gains: Numbers) -> Control:
+def start(measurement: Measurement, gains: Numbers) -> Control:
     """θ̂(0) from the gains."""
-    del seen
+    del measurement
     return Control(*nominal(gains))
 
 
-def respond(seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(measurement: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of θ̂."""
     del saturate
-    now = tracking(True, seen, gains)
+    now = tracking(True, measurement, gains)
     wanted = certainty_equivalence(now, state.mass, state.inertia, gains)
-    command = each(jnp.clip, wanted, -seen.lower, seen.upper)
+    command = each(jnp.clip, wanted, -measurement.lower, measurement.upper)
     rate = Control(*adaptation(now, now.z2, state.mass, state.inertia, gains))
     signals = {"mass_kg": state.mass, "inertia_kgm2": state.inertia}
     return Response(command, rate, Report(command * 0.0, drift(state.mass, state.inertia, gains), signals))

@@ -34,11 +34,11 @@ class Parameters(Model):
     gains: Gains = part(default={}, doc="gains")
 
 
-def respond(seen: Measurement, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
+def respond(measurement: Measurement, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
     """v = (f, τ); the controller has no state of its own."""
     del saturate
-    motion = seen.motion
-    known = relative(motion, seen.target, seen.alpha_t, seen.port)
+    motion = measurement.motion
+    known = relative(motion, measurement.target, measurement.alpha_t, measurement.port)
     accel = -known.accel - motion.rho * gains.k_rho - motion.nu * gains.k_nu
     turn = -known.alpha - motion.sigma * gains.k_sigma - motion.omega * gains.k_omega
     momentum = known.omega_p * gains.inertia_guess_kgm2
@@ -50,7 +50,7 @@ def respond(seen: Measurement, state: tuple[()], saturate: Saturate, gains: Numb
 def build(parameters: Parameters) -> Controller:
     """A law without a state of its own."""
     del parameters
-    return Controller(lambda seen, gains: (), respond)
+    return Controller(lambda measurement, gains: (), respond)
 
 
 COMPONENT = Component(Parameters, build)

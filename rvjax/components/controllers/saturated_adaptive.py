@@ -83,22 +83,22 @@ class Control(NamedTuple):
     zeta1: Channels
 
 
-def start(options: Parameters, seen: Measurement, gains: Numbers) -> Control:
+def start(options: Parameters, measurement: Measurement, gains: Numbers) -> Control:
     """v = χ = D̂ = ζ₁ = 0, m̂ and Ĵ = Ĵ₀ I from the gains, ζ₀ = α₂(0)."""
-    zero = seen.upper * 0.0
+    zero = measurement.upper * 0.0
     state = Control(zero, zero, *nominal(gains), zero, zero, zero)
-    return state._replace(zeta0=virtual_wrench(options, seen, state, gains)[0])
+    return state._replace(zeta0=virtual_wrench(options, measurement, state, gains)[0])
 
 
-def virtual_wrench(options: Parameters, seen: Measurement, state: Control, gains: Numbers) -> tuple[Channels, Control]:
+def virtual_wrench(options: Parameters, measurement: Measurement, state: Control, gains: Numbers) -> tuple[Channels, Control]:
     """α₂, and the rates of m̂, Ĵ and D̂ (the other rates zero)."""
-    now = tracking(options.shaped, seen, gains)
-    fade = jnp.exp(-gains.epsilon_decay * seen.t) if options.epsilon == "decaying" else 1.0
+    now = tracking(options.shaped, measurement, gains)
+    fade = jnp.exp(-gains.epsilon_decay * measurement.t) if options.epsilon == "decaying" else 1.0
     width = Channels.pair(gains.epsilon_force, gains.epsilon_torque) * fade
     raw = -(model(now, state.mass, state.inertia) + (feedback(now.z2, gains) + robust(now.z2, state.bound, width)))
     alpha2, free = raw, now.z2
     if options.shaped:
-        alpha2 = each(jnp.clip, raw, seen.lower * -gains.clip_share, seen.upper * gains.clip_share)
+        alpha2 = each(jnp.clip, raw, measurement.lower * -gains.clip_share, measurement.upper * gains.clip_share)
         free = each(lambda z, a, b: jnp.where(a == b, z, 0.0), now.z2, raw, alpha2)
 
     rates = jax.tree.map(lambda x: x * 0.0, state)
@@ -106,14 +106,14 @@ def virtual_wrench(options: Parameters, seen: Measurement, state: Control, gains
         mass_rate, inertia_rate = adaptation(now, free, state.mass, state.inertia, gains)
         rates = rates._replace(mass=mass_rate, inertia=inertia_rate)
     if options.adapt_bound:
-        rates = rates._replace(bound=bound_rate(free, state.bound, width, mean_limit(seen), gains))
+        rates = rates._replace(bound=bound_rate(free, state.bound, width, mean_limit(measurement), gains))
     return alpha2, rates
 
 
-def respond(options: Parameters, seen: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
+def respond(options: Parameters, measurement: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of (v, χ, θ̂, D̂, ζ)."""
-    alpha2, rates = virtual_wrench(options, seen, state, gains)
-    limit = mean_limit(seen)
+    alpha2, rates = virtual_wrench(options, measurement, state, gains)
+    limit = mean_limit(measurement)
     differentiator, bound = DIFFERENTIATORS[options.derivative], limit * gains.levant_share
     derivative, zeta0, zeta1 = split(differentiator, alpha2, state.zeta0, state.zeta1, bound, gains.filter_rad_s)
     h, slope = saturate(state.v)

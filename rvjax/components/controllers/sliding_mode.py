@@ -39,10 +39,10 @@ class Parameters(Model):
     gains: Gains = part(default={}, doc="gains")
 
 
-def respond(seen: Measurement, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
+def respond(measurement: Measurement, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
     """v; the controller has no state of its own."""
     del saturate
-    now = tracking(True, seen, gains)
+    now = tracking(True, measurement, gains)
     depth = now.z2 / Channels.pair(gains.phi_force, gains.phi_torque)
     reach = Channels.pair(gains.mass_guess_kg * gains.k_force, gains.inertia_guess_kgm2 * gains.k_torque)
     command = -(model(now, *nominal(gains)) + reach * each(lambda x: jnp.clip(x, -1.0, 1.0), depth))
@@ -56,7 +56,7 @@ SIGNALS = {"depth": Column("depth", "1", "sliding variable as a share of the bou
 def build(parameters: Parameters) -> Controller:
     """A law without a state of its own."""
     del parameters
-    return Controller(lambda seen, gains: (), respond, SIGNALS)
+    return Controller(lambda measurement, gains: (), respond, SIGNALS)
 
 
 COMPONENT = Component(Parameters, build)

@@ -32,24 +32,24 @@ class Accuracy(NamedTuple):
     worst: Errors
 
 
-def start(rules: MetricContext) -> Accuracy:
-    zero = rules.duration_s * 0.0
+def start(context: MetricContext) -> Accuracy:
+    zero = context.duration_s * 0.0
     return Accuracy(Errors(zero, zero, zero, zero), Errors(zero, zero, zero, zero))
 
 
-def update(acc: Accuracy, step: Step, weight: Scalar, rules: MetricContext) -> Accuracy:
+def update(acc: Accuracy, step: Step, weight: Scalar, context: MetricContext) -> Accuracy:
     """latest = now; worst = max(worst, now) inside the closing window."""
     del weight
     motion = step.motion
     now = Errors(norm(motion.rho), norm(motion.sigma), norm(motion.nu), norm(motion.omega))
-    closing = step.t >= rules.window_start_s - 1e-6 * rules.step_s
+    closing = step.t >= context.window_start_s - 1e-6 * context.step_s
     worst = Errors(*(jnp.where(closing, jnp.maximum(old, new), old) for old, new in zip(acc.worst, now, strict=True)))
     return Accuracy(now, worst)
 
 
-def finish(acc: Accuracy, rules: MetricContext) -> Mapping[str, Scalar]:
+def finish(acc: Accuracy, context: MetricContext) -> Mapping[str, Scalar]:
     """The eight numbers; angles in degrees."""
-    del rules
+    del context
     values: dict[str, Scalar] = {}
     for prefix, errors in (("final", acc.latest), ("window", acc.worst)):
         values[f"{prefix}_position_error_m"] = errors.position

@@ -20,19 +20,19 @@ class Peaks(NamedTuple):
     drift: Scalar
 
 
-def start(rules: MetricContext) -> Peaks:
-    zero = rules.duration_s * 0.0
+def start(context: MetricContext) -> Peaks:
+    zero = context.duration_s * 0.0
     return Peaks(zero, zero)
 
 
-def update(acc: Peaks, step: Step, weight: Scalar, rules: MetricContext) -> Peaks:
+def update(acc: Peaks, step: Step, weight: Scalar, context: MetricContext) -> Peaks:
     """Running maxima."""
-    del weight, rules
+    del weight, context
     return Peaks(jnp.maximum(acc.chi, largest(each(jnp.abs, step.report.chi))), jnp.maximum(acc.drift, step.report.drift))
 
 
-def finish(acc: Peaks, rules: MetricContext) -> Mapping[str, Scalar]:
-    del rules
+def finish(acc: Peaks, context: MetricContext) -> Mapping[str, Scalar]:
+    del context
     return {"peak_chi": acc.chi, "peak_estimate_drift": acc.drift}
 
 

@@ -24,20 +24,20 @@ class Approach(NamedTuple):
     outside: Scalar
 
 
-def start(rules: MetricContext) -> Approach:
-    return Approach(jnp.full_like(rules.duration_s, jnp.inf), rules.duration_s * 0.0)
+def start(context: MetricContext) -> Approach:
+    return Approach(jnp.full_like(context.duration_s, jnp.inf), context.duration_s * 0.0)
 
 
-def update(acc: Approach, step: Step, weight: Scalar, rules: MetricContext) -> Approach:
+def update(acc: Approach, step: Step, weight: Scalar, context: MetricContext) -> Approach:
     """In T: d = Rᵀρ + δ; outside where aᵀRᵀρ < |ρ| cos(half-angle) and |ρ| > tube."""
     rho = rotate_back(rotation(step.motion.sigma), step.motion.rho)
     distance = norm(rho)
-    outside = (dot(rules.axis, rho) < rules.cone * distance) & (distance > rules.tube_m)
+    outside = (dot(context.axis, rho) < context.cone * distance) & (distance > context.tube_m)
     return Approach(jnp.minimum(acc.closest, norm(rho + step.plant.port)), acc.outside + jnp.where(outside, weight, 0.0))
 
 
-def finish(acc: Approach, rules: MetricContext) -> Mapping[str, Scalar]:
-    del rules
+def finish(acc: Approach, context: MetricContext) -> Mapping[str, Scalar]:
+    del context
     return {"closest_approach_m": acc.closest, "corridor_violation_s": acc.outside}
 
 

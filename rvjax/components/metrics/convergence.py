@@ -24,31 +24,31 @@ class Tubes(NamedTuple):
     attitude: Scalar
 
 
-def start(rules: MetricContext) -> Tubes:
-    never = jnp.full_like(rules.duration_s, -jnp.inf)
+def start(context: MetricContext) -> Tubes:
+    never = jnp.full_like(context.duration_s, -jnp.inf)
     return Tubes(never, never)
 
 
-def update(acc: Tubes, step: Step, weight: Scalar, rules: MetricContext) -> Tubes:
+def update(acc: Tubes, step: Step, weight: Scalar, context: MetricContext) -> Tubes:
     """An instant outside |ρ| ≤ tube (or |σ| ≤ tube) becomes the last one outside."""
     del weight
     return Tubes(
-        jnp.where(norm(step.motion.rho) <= rules.tube_m, acc.position, step.t),
-        jnp.where(norm(step.motion.sigma) <= rules.tube_mrp, acc.attitude, step.t),
+        jnp.where(norm(step.motion.rho) <= context.tube_m, acc.position, step.t),
+        jnp.where(norm(step.motion.sigma) <= context.tube_mrp, acc.attitude, step.t),
     )
 
 
-def finish(acc: Tubes, rules: MetricContext) -> Mapping[str, Scalar]:
+def finish(acc: Tubes, context: MetricContext) -> Mapping[str, Scalar]:
     """Settling: one step after the last instant outside, 0 if never outside, +∞ if the last instant is outside."""
 
     def settled(last: Scalar) -> Scalar:
-        after = jnp.maximum(last + rules.step_s, 0.0)
-        return jnp.where(last > rules.duration_s - 0.5 * rules.step_s, jnp.inf, after)
+        after = jnp.maximum(last + context.step_s, 0.0)
+        return jnp.where(last > context.duration_s - 0.5 * context.step_s, jnp.inf, after)
 
     position, attitude = settled(acc.position), settled(acc.attitude)
     both = jnp.maximum(position, attitude)
-    held = jnp.maximum(acc.position, acc.attitude) < rules.window_start_s - 1e-6 * rules.step_s
-    recovery = jnp.where(jnp.isfinite(rules.last_onset_s), jnp.maximum(both - rules.last_onset_s, 0.0), 0.0)
+    held = jnp.maximum(acc.position, acc.attitude) < context.window_start_s - 1e-6 * context.step_s
+    recovery = jnp.where(jnp.isfinite(context.last_onset_s), jnp.maximum(both - context.last_onset_s, 0.0), 0.0)
     return {
         "captured": held * 1.0,
         "settling_time_s": position,

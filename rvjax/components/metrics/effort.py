@@ -18,22 +18,22 @@ class Effort(NamedTuple):
     impulse: Scalar
 
 
-def start(rules: MetricContext) -> Effort:
-    zero = rules.duration_s * 0.0
+def start(context: MetricContext) -> Effort:
+    zero = context.duration_s * 0.0
     return Effort(zero, zero)
 
 
-def update(acc: Effort, step: Step, weight: Scalar, rules: MetricContext) -> Effort:
+def update(acc: Effort, step: Step, weight: Scalar, context: MetricContext) -> Effort:
     """Δv += |f|/m weight, impulse += |τ| weight."""
-    del rules
+    del context
     return Effort(
         acc.delta_v + weight * norm(step.applied.force) / step.plant.mass,
         acc.impulse + weight * norm(step.applied.torque),
     )
 
 
-def finish(acc: Effort, rules: MetricContext) -> Mapping[str, Scalar]:
-    del rules
+def finish(acc: Effort, context: MetricContext) -> Mapping[str, Scalar]:
+    del context
     return {"delta_v_m_s": acc.delta_v, "angular_impulse_Nms": acc.impulse}
 
 

@@ -31,7 +31,9 @@ class MetricContext(NamedTuple):
 
 
 class Metric(NamedTuple):
-    """columns: of the samples table. start(rules) → acc; update(acc, step, weight, rules) → acc; finish(acc, rules) → values.
+    """columns: of the samples table.
+
+    start(context) → acc; update(acc, step, weight, context) → acc; finish(acc, context) → values.
 
     weight [s]: quadrature weight of the step (trapezoidal rule), so that Σ weight f(t) ≈ ∫ f dt.
     """

@@ -27,15 +27,15 @@ class Saturated(NamedTuple):
     depth: Channels
 
 
-def start(rules: MetricContext) -> Saturated:
-    zero = rules.duration_s * 0.0
+def start(context: MetricContext) -> Saturated:
+    zero = context.duration_s * 0.0
     channels = Channels.of((zero,) * 6)
     return Saturated(channels, channels, channels, channels)
 
 
-def update(acc: Saturated, step: Step, weight: Scalar, rules: MetricContext) -> Saturated:
+def update(acc: Saturated, step: Step, weight: Scalar, context: MetricContext) -> Saturated:
     """time += weight, stretch += weight where saturated; depth = max(depth, |v|/u_m)."""
-    del rules
+    del context
     limit = each(lambda h, up, low: jnp.where(h >= 0, up, low), step.commanded, step.plant.upper, step.plant.lower)
     on = each(lambda h, u: jnp.abs(h) >= THRESHOLD * u, step.commanded, limit)
     stretch = each(lambda o, s: jnp.where(o, s + weight, 0.0), on, acc.stretch)
@@ -47,11 +47,11 @@ def update(acc: Saturated, step: Step, weight: Scalar, rules: MetricContext) -> 
     )
 
 
-def finish(acc: Saturated, rules: MetricContext) -> Mapping[str, Scalar]:
+def finish(acc: Saturated, context: MetricContext) -> Mapping[str, Scalar]:
     """Each per channel and, as `.any`, of the worst channel."""
     values: dict[str, Scalar] = {}
     for name, channels in (
-        ("saturation_duty", acc.time / rules.duration_s),
+        ("saturation_duty", acc.time / context.duration_s),
         ("longest_saturated_s", acc.longest),
         ("saturation_depth", acc.depth),
     ):

@@ -1,6 +1,6 @@
 """Delay of what is measured, by whole steps.
 
-    seen(t) = motion(t_{k−n})       for t in step k
+    measured(t) = motion(t_{k−n})   for t in step k
 
 What is measured at the beginning of a step is there n steps later and stands for one step; before the flight everything stood as
 at t = 0. What stands before the delay in the campaign is delayed with it, what stands behind it is not.

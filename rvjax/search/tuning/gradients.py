@@ -52,30 +52,30 @@ def _squared(v: Vector) -> Scalar:
     return v.x * v.x + v.y * v.y + v.z * v.z
 
 
-def _outside(step: Step, rules: MetricContext) -> Scalar:
-    r = _squared(step.motion.rho) / (rules.tube_m * rules.tube_m)
+def _outside(step: Step, context: MetricContext) -> Scalar:
+    r = _squared(step.motion.rho) / (context.tube_m * context.tube_m)
     return r / (1.0 + r)
 
 
-def _turned(step: Step, rules: MetricContext) -> Scalar:
-    r = _squared(step.motion.sigma) / (rules.tube_mrp * rules.tube_mrp)
+def _turned(step: Step, context: MetricContext) -> Scalar:
+    r = _squared(step.motion.sigma) / (context.tube_mrp * context.tube_mrp)
     return r / (1.0 + r)
 
 
-def _pushed(step: Step, rules: MetricContext) -> Scalar:
-    del rules
+def _pushed(step: Step, context: MetricContext) -> Scalar:
+    del context
     return jnp.sqrt(_squared(step.applied.force) + SOFT**2) / step.plant.mass
 
 
-def _twisted(step: Step, rules: MetricContext) -> Scalar:
-    del rules
+def _twisted(step: Step, context: MetricContext) -> Scalar:
+    del context
     return jnp.sqrt(_squared(step.applied.torque) + SOFT**2)
 
 
 def _closing(square: Callable[[Step], Scalar]) -> Callable[[Step, MetricContext], Scalar]:
-    def inside(step: Step, rules: MetricContext) -> Scalar:
-        window = rules.duration_s - rules.window_start_s
-        return jnp.where(step.t >= rules.window_start_s, square(step) / window, 0.0)
+    def inside(step: Step, context: MetricContext) -> Scalar:
+        window = context.duration_s - context.window_start_s
+        return jnp.where(step.t >= context.window_start_s, square(step) / window, 0.0)
 
     return inside
 
@@ -84,9 +84,9 @@ def _metric(rate: Callable[[Step, MetricContext], Scalar], finish: Callable[[Sca
     """∫ rate dt, then finish."""
     return Metric(
         {NAME: Column(NAME, "1", "a smooth function in the place of an objective")},
-        lambda rules: rules.duration_s * 0.0,
-        lambda total, step, weight, rules: total + weight * rate(step, rules),
-        lambda total, rules: {NAME: finish(total)},
+        lambda context: context.duration_s * 0.0,
+        lambda total, step, weight, context: total + weight * rate(step, context),
+        lambda total, context: {NAME: finish(total)},
     )
 
 
