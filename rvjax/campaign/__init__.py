@@ -19,7 +19,7 @@ from rvjax.campaign.fields import (
     with_defaults,
 )
 from rvjax.campaign.json_schema import schema
-from rvjax.campaign.model import Spec, load, parse
+from rvjax.campaign.model import Spec, load, parse, parse_with
 from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.requirement import Requirement
 from rvjax.campaign.source import Source
@@ -41,6 +41,7 @@ __all__ = [
     "number",
     "option",
     "parse",
+    "parse_with",
     "part",
     "scalar",
     "schema",

@@ -10,7 +10,7 @@ import csv
 import io
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -63,14 +63,15 @@ class CsvFile:
 
 
 def attach(source: Source) -> Source:
-    """The source with every CSV file that it names read, its bytes kept, and a finding at the key `csv` where that fails."""
+    """The source with every CSV file that it names read, its bytes kept, and a finding at the key `csv` where that fails. Files
+    that the source already holds are not read again."""
     if source.value is None:
         return source
     reading = _Reading(Path(source.name).parent)
     findings: list[Finding] = []
     for place, mapping in list(_named(source.value, ())):
         try:
-            mapping[KEY] = reading.table(mapping[KEY])
+            mapping[KEY] = reading.table(mapping[KEY], source.inputs)
         except _Refused as refused:
             findings.append(source.finding((*place, KEY), refused.found, refused.accepted, key=True))
             mapping[KEY] = CsvFile(describe(mapping[KEY]), readable=False)
@@ -105,7 +106,10 @@ class _Reading:
     inputs: dict[str, bytes] = field(default_factory=dict[str, bytes])
     tables: dict[str, CsvFile | _Refused] = field(default_factory=dict[str, "CsvFile | _Refused"])
 
-    def table(self, given: object) -> CsvFile:
+    def table(self, given: object, known: Mapping[str, bytes]) -> CsvFile:
+        if isinstance(given, CsvFile):
+            self.inputs[given.name] = known[given.name]
+            return given
         name = _plain(given)
         if name not in self.tables:
             try:

@@ -1,16 +1,15 @@
-"""`--set place=value`: another value at one place of a campaign, read as YAML; findings name the argument itself."""
+"""`--set place=value`: another value at one place of a campaign, as YAML text or as a value. Findings name the argument."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from copy import deepcopy
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from rvjax.campaign.choice import entry_names
 from rvjax.campaign.plain_values import Place, dotted, is_list, is_mapping, shorten
 from rvjax.campaign.source import Source
-from rvjax.campaign.yaml_document import parse
+from rvjax.campaign.yaml_document import LARGEST, Document, parse
 from rvjax.errors import Finding
 
 
@@ -18,9 +17,21 @@ def override(source: Source, assignments: Sequence[str]) -> Source:
     """The source with every assignment made, in their order; findings are added where one cannot be made."""
     if source.value is None:
         return source
-    value, marks, key_marks = deepcopy(source.value), dict(source.marks), dict(source.key_marks)
-    changed = replace(source, value=value, marks=marks, key_marks=key_marks)
+    changed = _copy(source)
     findings = [finding for assignment in assignments for finding in _assign(changed, assignment)]
+    return replace(changed, findings=(*source.findings, *findings))
+
+
+def replace_values(source: Source, values: Mapping[str, float | str]) -> Source:
+    """The source with these values at their places. The same as `override` with `place=value`, but no text is parsed."""
+    changed = _copy(source)
+    findings: list[Finding] = []
+    for path, value in values.items():
+        label = _label(f"{path}={value}")
+        if isinstance(value, str) or abs(value) <= LARGEST:
+            findings += _put(changed, path, Document(label, value, {(): label}))
+        else:
+            findings.append(Finding(label, path, f"{value} is not finite or too large", f"accepted: at most {LARGEST:g}"))
     return replace(changed, findings=(*source.findings, *findings))
 
 
@@ -37,13 +48,35 @@ def value_at(said: Any, path: str) -> tuple[bool, Any]:
 
 def _assign(source: Source, assignment: str) -> list[Finding]:
     """Make one assignment in place, or say why it cannot be made."""
-    label = f"--set {shorten(' '.join(assignment.split()), 100)}"
+    label = _label(assignment)
     path, equals, text = assignment.partition("=")
     if not equals or not path:
         return [Finding(label, "", "no place or no value", "accepted: place=value, such as pursuer.mass_kg=120")]
     given = parse(text, label)
     if given.findings:
         return [replace(finding, where=label, path=path) for finding in given.findings]
+    return _put(source, path, given)
+
+
+def _label(assignment: str) -> str:
+    return f"--set {shorten(' '.join(assignment.split()), 100)}"
+
+
+def _copy(source: Source) -> Source:
+    """A source that can be changed in place."""
+
+    def copied(value: Any) -> Any:
+        if is_mapping(value):
+            return {key: copied(item) for key, item in value.items()}
+        return [copied(item) for item in value] if is_list(value) else value
+
+    return replace(source, value=copied(source.value), marks=dict(source.marks), key_marks=dict(source.key_marks))
+
+
+def _put(source: Source, path: str, given: Document) -> list[Finding]:
+    """Put a document at a path, in place; every value in it is marked with the document's name. A finding where there is no such
+    place."""
+    label = given.name
     held: Any = source.value
     place: Place = ()
     steps = path.split(".")

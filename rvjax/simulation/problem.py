@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from rvjax.campaign import Model, Quantity, Source, Spec, parse, validate
+from rvjax.campaign import Model, Quantity, Source, Spec, parse, parse_with, validate
 from rvjax.campaign.actuators import Thrusters, actuator_names
 from rvjax.campaign.choice import entry_names
 from rvjax.campaign.distribution_notation import did_you_mean
@@ -74,13 +74,24 @@ class Problem:
         """The columns `metric.<name>` of the samples table, by metric."""
         return {name: column for metric in self.metrics for name, column in metric.columns.items()}
 
+    def with_values(self, values: Mapping[str, float | str]) -> Problem:
+        """The same problem with other values at some places of the campaign: what `load` gives with `place=value`.
+
+        The campaign is checked again, but not read again. Errors: CampaignError with every finding.
+        """
+        return _problem(*parse_with(self.spec, values))
+
 
 def load(path: str | Path | Source, overrides: Sequence[str] = ()) -> Problem:
     """The problem that a campaign file states, or one that was read before. overrides: `place=value`, as in `--set`.
 
     Errors: CampaignError with every finding, each with file, line and column.
     """
-    spec, findings, source = parse(path, overrides)
+    return _problem(*parse(path, overrides))
+
+
+def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Problem:
+    """The problem that a campaign states, as `parse` gives it. CampaignError with every finding."""
     metrics: tuple[Metric, ...] = tuple(component("metrics", name) for name in members("metrics"))
     parameters: dict[Place, Model] = {}
     names = actuator_names((source.value or {}).get("actuators"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from copy import deepcopy
 from pathlib import Path
 
 import pytest
@@ -80,3 +81,58 @@ def test_very_many_wrong_names_take_a_bounded_time() -> None:
     levels = ", ".join(f"a{index}: 10000" for index in range(2000))
     with pytest.raises(CampaignError, match="fewer levels: more than 1,000,000,000 samples"):
         load(CAMPAIGN, ["require=[]", f"sampler={{use: grid, levels: {{{levels}}}}}"])
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"controller.gains.k1": 0.0612345678901234, "pursuer.mass_kg": 105},
+        {"controller.nussbaum": "none", "horizon.step_s": 0.1, "faults.bias.onset_s": 12},
+        {"disturbances.0.force_N": 1e-7, "samples": 7},
+    ],
+)
+def test_a_problem_with_other_values_is_the_one_that_set_gives(values: dict[str, float | str]) -> None:
+    """Kills: a number that loses a digit on its way, a value that is put somewhere else, a campaign that is changed in place."""
+    problem = load(CAMPAIGN)
+    before = deepcopy(problem.spec.source.value)
+    changed = problem.with_values(values)
+    written = load(CAMPAIGN, [f"{place}={value}" for place, value in values.items()])
+    assert changed.spec == written.spec
+    assert (changed.fingerprint, changed.structure) == (written.fingerprint, written.structure)
+    assert changed.dispersions.columns == written.dispersions.columns
+    assert changed.controller == written.controller
+    assert changed.spec.source == written.spec.source
+    assert problem.spec.source.value == before
+
+
+@pytest.mark.parametrize(
+    "values",
+    [{"controller.gains.k1": -1.0}, {"pursuer.mass": 3}, {"samples": 0.5}, {"controller.nussbaum": "x", "horizon.step_s": 7.0}],
+)
+def test_values_are_refused_as_set_refuses_them(values: dict[str, float | str]) -> None:
+    """Kills: a range that is not checked for values that come as numbers."""
+    with pytest.raises(CampaignError) as expected:
+        load(CAMPAIGN, [f"{place}={value}" for place, value in values.items()])
+    with pytest.raises(CampaignError) as refused:
+        load(CAMPAIGN).with_values(values)
+    assert refused.value.findings == expected.value.findings
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -1e101])
+def test_a_value_that_is_no_usable_number_is_refused(value: float) -> None:
+    with pytest.raises(CampaignError, match="not finite or too large"):
+        load(CAMPAIGN).with_values({"pursuer.mass_kg": value})
+
+
+def test_other_values_read_no_file_again(tmp_path: Path) -> None:
+    """Kills: a CSV file that is read once per candidate, or is still copied into the run folder when nothing names it."""
+    path, table = tmp_path / "campaign.yaml", tmp_path / "masses.csv"
+    path.write_text(CAMPAIGN.read_text())
+    table.write_text("mass\n99\n100\n101\n")
+    problem = load(path, ["pursuer.mass_kg={table: {csv: masses.csv, column: mass}}"])
+    table.unlink()
+    kept = problem.with_values({"controller.gains.k1": 0.1})
+    assert kept.spec.source.inputs == {"masses.csv": b"mass\n99\n100\n101\n"}
+    assert kept.spec.pursuer == problem.spec.pursuer
+    assert problem.with_values({"pursuer.mass_kg": 100}).spec.source.inputs == {}
