@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import rvjax
+from rvjax.cores import cores
 from rvjax.errors import FolderError
 from rvjax.run_folder import RunFolder
 from rvjax.run_folder.journal import NAME as JOURNAL
@@ -34,7 +35,7 @@ def examine(folder: Path | None = None) -> Health:
 
     A damaged manifest or journal is made again from the files of data."""
     complaints: list[str] = []
-    facts: dict[str, Any] = {"rvjax": rvjax.__version__, "python": sys.version.split()[0], "cores": jax_config.cores()}
+    facts: dict[str, Any] = {"rvjax": rvjax.__version__, "python": sys.version.split()[0], "cores": cores()}
     for name in PACKAGES:
         try:
             facts[name] = version(name)

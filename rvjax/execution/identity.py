@@ -15,6 +15,7 @@ from typing import Any
 
 import rvjax
 from rvjax.components.registry import FAMILY_OF, members, module_of
+from rvjax.cores import cores
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.problem import Problem
@@ -58,7 +59,7 @@ def provenance(command: Sequence[str], overrides: Sequence[str]) -> dict[str, An
         "overrides": list(overrides),
         "python": sys.version.split()[0],
         "system": f"{platform.system()} {platform.machine()}",
-        "cores": jax_config.cores(),
+        "cores": cores(),
         "packages": packages(),
     }
 

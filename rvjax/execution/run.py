@@ -20,6 +20,7 @@ from rvjax.analysis.verdicts import Verdict, campaign_of
 from rvjax.campaign import Spec
 from rvjax.campaign.choice import Choice
 from rvjax.components.samplers import sampling_design_of
+from rvjax.cores import cores
 from rvjax.errors import UsageError
 from rvjax.execution.audit import prove
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
@@ -126,7 +127,7 @@ def _run(
 def _next_look(flown: int) -> int:
     """So many samples are to be there at the next look at whether all is decided: a quarter more, or a chunk for each core."""
     chunks = flown // LANES
-    return LANES * (chunks + max(jax_config.cores(), chunks // 4))
+    return LANES * (chunks + max(cores(), chunks // 4))
 
 
 def _nothing(*given: object) -> None:

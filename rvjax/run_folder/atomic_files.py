@@ -106,11 +106,6 @@ def _publish(path: Path, data: bytes, name_it: Callable[[Path, Path], None]) -> 
         sync(path.parent)
 
 
-def cores() -> int:
-    """How many files are worth reading at a time."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def is_temporary(name: str) -> bool:
     """Whether this is the name of a file that `replace` or `publish` has not given its own."""
     return re.fullmatch(r"\..+\.[0-9a-f]{32}", name) is not None

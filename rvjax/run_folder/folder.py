@@ -22,6 +22,7 @@ import pyarrow as pa
 
 from rvjax.campaign.csv_files import INPUTS
 from rvjax.columns import Column
+from rvjax.cores import cores
 from rvjax.errors import DamagedError, FolderError, IncompleteError, UsageError
 from rvjax.run_folder import atomic_files, checksums, verdict_columns
 from rvjax.run_folder import input_files as given
@@ -263,7 +264,7 @@ class RunFolder:
     def some(self, names: Sequence[str]) -> Iterator[tuple[int, pd.DataFrame, list[int]]]:
         """Some columns of all finished chunks, verified, many chunks at a time that have no gap between them: the first one's
         number, their table, and the row with which each of them begins. FolderError as of `tables`, or where a column lacks."""
-        with ThreadPoolExecutor(atomic_files.cores()) as threads:
+        with ThreadPoolExecutor(cores()) as threads:
             for entries in neighbours(self.chunks):
                 parts = list(threads.map(lambda entry: self._some(entry, names), entries))
                 begins = np.concatenate([[0], np.cumsum([len(part) for part in parts])])

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from rvjax.cores import cores
 from rvjax.errors import DamagedError, FolderError
 from rvjax.run_folder import atomic_files
 from rvjax.run_folder.data_file import DataFile, recognised
@@ -124,9 +125,9 @@ class Store:
             for entry in part:
                 self.verified(entry)
 
-        cores = atomic_files.cores()
-        with ThreadPoolExecutor(cores) as threads:
-            list(threads.map(read, (entries[first::cores] for first in range(cores))))
+        count = cores()
+        with ThreadPoolExecutor(count) as threads:
+            list(threads.map(read, (entries[first::count] for first in range(count))))
 
     def complaint(self, key: Key) -> str:
         """What is wrong with a file; empty where nothing is."""

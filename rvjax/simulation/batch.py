@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.components.metrics.interface import Metric
+from rvjax.cores import cores
 from rvjax.physics.state import Step
 from rvjax.simulation import closed_loop, flight, jax_config
 from rvjax.simulation.closed_loop import Drawn, Loop
@@ -199,4 +200,4 @@ def devices() -> list[Device]:
 
 def streams() -> int:
     """How many chunks to fly beside each other: one a core, or two a device, so that the host's work hides behind flying."""
-    return jax_config.cores() if devices()[0].platform == "cpu" else 2 * len(devices())
+    return cores() if devices()[0].platform == "cpu" else 2 * len(devices())

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rvjax.campaign.actuators import Thrusters
-from rvjax.simulation import jax_config
+from rvjax.cores import cores
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
@@ -62,7 +62,7 @@ def cost(problem: Problem) -> Cost:
     controllers = 1 + len(spec.baselines)
     chunks, flights = controllers * math.ceil(spec.samples / LANES), controllers * spec.samples
     slower = SLOWER.get(spec.actuators.allocation, 1.0) if isinstance(spec.actuators, Thrusters) else 1.0
-    flown = slower * chunks * LANES * spec.horizon.steps / (STEPS_PER_S_PER_CORE * jax_config.cores())
+    flown = slower * chunks * LANES * spec.horizon.steps / (STEPS_PER_S_PER_CORE * cores())
     return Cost(
         samples=spec.samples,
         baselines=len(spec.baselines),

@@ -58,11 +58,6 @@ class SettingsWarning(UserWarning):
     """A setting that flights are faster with cannot be made here."""
 
 
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def configure(precision: Precision = "float64", threads: int | None = None) -> None:
     """Configures JAX for flying, without starting it. Call it before anything in the process uses JAX; the precision can be
     changed later, the compiler settings cannot.

@@ -20,6 +20,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from rvjax.cores import cores
 from rvjax.errors import IncompleteError
 from rvjax.execution.bench.workload import OWN, Case, Values, case, own_folder, read, yardsticks
 from rvjax.simulation import jax_config
@@ -119,14 +120,14 @@ def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: boo
     from rvjax.simulation.batch import LANES
 
     folder = folder or own_folder()
-    samples = CHUNKS_PER_CORE * jax_config.cores() * LANES
+    samples = CHUNKS_PER_CORE * cores() * LANES
     with tempfile.TemporaryDirectory() as place, ExitStack() as stack:
         path = campaign or _starter(Path(place))
         start = Path(place) / "start-float64.npz"
         flown = case(path, samples, STEPS, "float64", start)
         settings = jax_config.settings()
         found = Bench(
-            machine={**settings, "cores": jax_config.cores(), "jax": version("jax"), "jaxlib": version("jaxlib")},
+            machine={**settings, "cores": cores(), "jax": version("jax"), "jaxlib": version("jaxlib")},
             case={"campaign": flown.problem.spec.name, "samples": samples, "steps": STEPS, "lanes": LANES, "rounds": rounds},
         )
         workers: dict[str, Worker] = {}

@@ -21,6 +21,7 @@ from pathlib import Path
 from queue import Empty, Queue
 from typing import Any, cast
 
+from rvjax.cores import cores
 from rvjax.errors import IncompleteError, UsageError
 
 try:
@@ -34,7 +35,6 @@ from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.dask_worker import DaskWorkerState, Failed, Unlike, WorkOrder, fly, ready
 from rvjax.execution.identity import packages
 from rvjax.run_folder import RunFolder
-from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
 
 AHEAD = 2
@@ -252,7 +252,7 @@ def _silence() -> Generator[None, None, None]:
 
 def _client(place: int | str, stack: ExitStack) -> Client:
     if isinstance(place, int):
-        threads = max(1, jax_config.cores() // place)
+        threads = max(1, cores() // place)
         local = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": "CRITICAL"}
         with config.set({"distributed.worker.profile.enabled": False}):  # 5 % of the speed
             cluster = LocalCluster(n_workers=place, threads_per_worker=threads, processes=True, **local)
