@@ -20,7 +20,7 @@ from typing import Any
 
 from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.dask_client import workers
-from rvjax.execution.executors.threads import inline
+from rvjax.execution.executors.threads import local_threads
 from rvjax.execution.run import run
 from rvjax.run_folder import RunFolder
 from rvjax.simulation import jax_config
@@ -70,7 +70,13 @@ def pace(campaign: Path, crew: ExecutorFactory, chunks: int) -> float:
     times: list[tuple[float, int]] = []
     with tempfile.TemporaryDirectory() as place:
         samples = f"samples={chunks * LANES}"
-        run(campaign, Path(place) / "run", [samples], lambda done, _: times.append((time.perf_counter(), done)), crew=crew)
+        run(
+            campaign,
+            Path(place) / "run",
+            [samples],
+            on_progress=lambda done, _: times.append((time.perf_counter(), done)),
+            executor=crew,
+        )
     (began, first), (ended, last) = times[1], times[-1]
     return (ended - began) / ((last - first) / LANES)
 
@@ -79,7 +85,7 @@ def dask() -> None:
     """Prints the ratio of the paces."""
     ratios: list[float] = []
     for _ in range(ROUNDS):
-        alone, shared = (pace(CAMPAIGN, crew, CHUNKS) for crew in (inline, workers(2, lambda text: None)))
+        alone, shared = (pace(CAMPAIGN, crew, CHUNKS) for crew in (local_threads, workers(2, lambda text: None)))
         ratios.append(alone / shared)
         print(f"a chunk every {alone:.3f} s inline, every {shared:.3f} s by two Dask workers: ratio {ratios[-1]:.3f}", flush=True)
     print(f"Dask over inline, median of {ROUNDS}: {median(ratios):.3f}")

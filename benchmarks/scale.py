@@ -116,16 +116,16 @@ def measure(campaign: Path) -> Costs:
     problem = load(campaign, [f"samples={(ENVELOPE_CHUNKS + FLOWN) * LANES}"])
     mine = identity(problem)
     started = time.perf_counter()
-    pilot = ChunkRunner(problem, mine)
-    pilot.parcel(ENVELOPE_CHUNKS)
+    runner = ChunkRunner(problem, mine)
+    runner.fly_chunk(ENVELOPE_CHUNKS)
     start = time.perf_counter() - started
-    parcels: list[ChunkResult] = []
+    results: list[ChunkResult] = []
     chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + FLOWN)
-    flight = each(chunks, lambda chunk: parcels.append(pilot.parcel(chunk)))
+    flight = each(chunks, lambda chunk: results.append(runner.fly_chunk(chunk)))
     with tempfile.TemporaryDirectory() as place:
         described = (mine, provenance([], []), problem.spec.source.text, problem.spec.samples, "scale")
         with RunFolder.create(Path(place) / "run", *described) as folder:
-            take_in = each(parcels, lambda parcel: folder.take(parcel.files[-1]))
+            take_in = each(results, lambda result: folder.take(result.files[-1]))
             read = {chunk: next(folder.tables([chunk])) for chunk in chunks}
             read_back = each(chunks, lambda chunk: next(folder.tables([chunk])))
         began = time.perf_counter()
@@ -135,7 +135,7 @@ def measure(campaign: Path) -> Costs:
             fold.add(chunk, frame.assign(sample=range(chunk * LANES, (chunk + 1) * LANES)), columns)
         fold.totals.worst  # noqa: B018 (takes in what waits)
         folding = (time.perf_counter() - began) / MANY
-    size = median(parcel.files[-1].entry.bytes for parcel in parcels)
+    size = median(result.files[-1].entry.bytes for result in results)
     return Costs(flight, take_in, folding, read_back, size, task_s(), scan_s(), start)
 
 
@@ -169,11 +169,13 @@ def compare(costs: Costs, campaign: Path) -> None:
     """The model against flights by this process and by two local workers of one thread."""
     from benchmarks.runs import pace
     from rvjax.execution.executors.dask_client import workers
-    from rvjax.execution.executors.threads import inline
+    from rvjax.execution.executors.threads import local_threads
 
-    for name, crew in (("inline", inline), ("two Dask workers", workers(2, lambda text: None))):
+    for name, crew in (("threads", local_threads), ("two Dask workers", workers(2, lambda text: None))):
         found = pace(campaign, crew, CHECKED)
-        told = max(costs.flight / 2, costs.take_in + costs.read_back + costs.fold, costs.task if crew is not inline else 0.0)
+        told = max(
+            costs.flight / 2, costs.take_in + costs.read_back + costs.fold, costs.task if crew is not local_threads else 0.0
+        )
         print(f"{name}: {found:.3f} s a chunk on two cores, the model says {told:.3f}: ratio {found / told:.2f}")
 
 

@@ -38,7 +38,7 @@ def main() -> None:
     jax_config.configure()
     space, _, _, _ = prepare(given.file, ["samples=100000000"])  # as many chunks as it may take
     problem, rng = space.problem, np.random.default_rng(0)
-    pilot = ChunkRunner(problem, {})
+    runner = ChunkRunner(problem, {})
     lanes = CHUNKS * LANES
     samples = np.arange(lanes // given.candidates, dtype=np.int64)
     ratios: list[float] = []
@@ -49,7 +49,7 @@ def main() -> None:
             for number in range(given.rounds + 1):
                 began = time.perf_counter()
                 first = ENVELOPE_CHUNKS + number * CHUNKS  # later ones keep no envelopes
-                map_in_threads(pilot.parcel, range(first, first + CHUNKS), lambda parcel: None, pilot.flyer.stop)
+                map_in_threads(runner.fly_chunk, range(first, first + CHUNKS), lambda result: None, runner.flyer.stop)
                 own = time.perf_counter() - began
                 began = time.perf_counter()
                 points = rng.random((given.candidates, len(space.free)))

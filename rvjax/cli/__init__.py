@@ -1,8 +1,7 @@
-"""The program `rvjax`: every command is a thin wrapper over a function of the package."""
+"""The program `rvjax`: one file is one command, a thin wrapper over a function of the package."""
 
 from __future__ import annotations
 
-from rvjax.cli import about, comparing, flying, measuring, tuning
-from rvjax.cli.app import main
+from rvjax.cli._app import COMMANDS, main
 
-__all__ = ["about", "comparing", "flying", "main", "measuring", "tuning"]
+__all__ = ["COMMANDS", "main"]

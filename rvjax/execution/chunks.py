@@ -21,40 +21,40 @@ from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
 
 ENVELOPE_CHUNKS = 5
-"""Envelopes over time are kept of the first so many chunks, whose samples are drawn like all others."""
+"""Envelopes over time are kept of the first chunks, up to this number; their samples are drawn like all others."""
 
 ENVELOPE_INSTANTS = 120
 STRETCH = 250
-"""Fewest steps between two looks at whether the run is to stop: a fraction of a second."""
+"""Fewest steps between two checks for a stop request: a fraction of a second."""
 
 
 class ChunkResult(NamedTuple):
-    """What came of a chunk: its files of data, the samples' table last."""
+    """The data files of a flown chunk, the samples table last."""
 
     chunk: int
     files: tuple[DataFile, ...]
 
     @property
     def samples(self) -> int:
-        """How many samples it holds; lanes behind the last sample are dropped."""
+        """Its number of samples; lanes after the last sample are dropped."""
         return self.files[-1].entry.count
 
 
 class ChunkRunner:
-    """Compiles at the first chunk; may be used by several threads at a time. identity: the run's, which the files carry."""
+    """Compiles at the first chunk; threads may share it. identity: the run's; every data file carries it."""
 
     def __init__(self, problem: Problem, identity: Mapping[str, Any]) -> None:
         self.problem = problem
         self.flyer = Flyer(problem.loop, problem.metrics)
         self._digest = digest(identity)
 
-    def parcel(self, chunk: int) -> ChunkResult:
-        """Draws and flies a chunk, and encodes what came of it."""
+    def fly_chunk(self, chunk: int) -> ChunkResult:
+        """Draws and flies a chunk, and encodes its tables."""
         problem = self.problem
         draws, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES, dtype=np.int64))
-        glance, places = chunk < ENVELOPE_CHUNKS, devices()
-        every = _every(problem) if glance else max(_every(problem), STRETCH)
-        flown = self.flyer.fly(drawn, problem.spec.horizon.steps, every, glance, device=places[chunk % len(places)])
+        envelope, places = chunk < ENVELOPE_CHUNKS, devices()
+        every = _every(problem) if envelope else max(_every(problem), STRETCH)
+        flown = self.flyer.fly(drawn, problem.spec.horizon.steps, every, envelope, device=places[chunk % len(places)])
         return ChunkResult(chunk, self._files(chunk, draws, flown))
 
     def _files(self, chunk: int, draws: Draws, flown: Flown) -> tuple[DataFile, ...]:

@@ -1,4 +1,4 @@
-"""What the bits of a run are a function of (identity), and what else is worth knowing about it (provenance)."""
+"""Identity: everything that the bits of a run are a function of. Provenance: what else is worth knowing about the run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import inspect
 import json
 import platform
 import sys
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -23,12 +23,15 @@ from rvjax.simulation.problem import Problem
 DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 """Packages whose version may change the last bits."""
 
-NOT_FLYING = ("analysis", "cli", "execution", "report", "run_folder", "search", "pytest_plugin.py")
-"""Parts of this package that no number of a flight depends on."""
-
+FLYING = (
+    *("campaign", "physics", "simulation", "stats/random_streams.py"),
+    *(f"components/{family}" for family in ("controllers", "disturbances", "faults", "metrics", "navigation", "samplers")),
+)
+"""Parts of this package that a flight depends on: their source is part of the identity. A test walks the imports of what flies
+and finds nothing outside of them."""
 
 PLAN = "plan"
-"""Of an identity: the sampler and the number of samples, where another number is another plan."""
+"""Key of an identity: the sampler and the number of samples, where another number of samples is another plan."""
 
 
 def identity(problem: Problem) -> dict[str, Any]:
@@ -37,7 +40,7 @@ def identity(problem: Problem) -> dict[str, Any]:
         "campaign": problem.fingerprint,
         "seed": problem.spec.seed,
         "rvjax": rvjax.__version__,
-        "code": _code(),
+        "code": source_digest(FLYING),
         "components": _foreign(problem),
         "packages": {name: version(name) for name in DECIDING},
         **({} if problem.dispersions.extends else {PLAN: {"use": problem.spec.sampler.use, "samples": problem.spec.samples}}),
@@ -47,12 +50,12 @@ def identity(problem: Problem) -> dict[str, Any]:
 
 
 def short(identity: Mapping[str, Any]) -> str:
-    """Twelve characters that tell one identity from another: the name of a run's folder."""
+    """Twelve characters of its SHA-256: the name of the run folder."""
     return hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:12]
 
 
 def provenance(command: Sequence[str], overrides: Sequence[str]) -> dict[str, Any]:
-    """When, with what and by which command; which values of the campaign file were replaced."""
+    """When, with which packages and by which command the run started; which values of the campaign file were replaced."""
     return {
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "command": list(command),
@@ -65,13 +68,13 @@ def provenance(command: Sequence[str], overrides: Sequence[str]) -> dict[str, An
 
 
 def packages() -> dict[str, str]:
-    """The versions of the packages that fly, tabulate and draw."""
+    """The versions of the packages that fly samples, write tables and draw figures."""
     return {name: version(name) for name in ("jax", "jaxlib", "matplotlib", "numpy", "pandas", "pyarrow", "scipy")}
 
 
 def _foreign(problem: Problem) -> dict[str, str]:
-    """SHA-256 over the module of every component that another package brings."""
-    found: dict[str, str] = {}
+    """SHA-256 of the module of every component from another package."""
+    digests: dict[str, str] = {}
     for choice in problem.spec.components:
         family = FAMILY_OF.get(str(choice.path[0]), "")
         if not family:
@@ -79,25 +82,15 @@ def _foreign(problem: Problem) -> dict[str, str]:
         origin = members(family)[choice.use]
         if not origin.startswith("rvjax."):
             source = inspect.getsource(module_of(family, choice.use))
-            found[origin] = hashlib.sha256(source.encode()).hexdigest()[:16]
-    return found
-
-
-def _code() -> str:
-    """SHA-256 over the source of everything that flies."""
-    return _source(lambda name: name not in NOT_FLYING)
+            digests[origin] = hashlib.sha256(source.encode()).hexdigest()[:16]
+    return digests
 
 
 def source_digest(parts: Collection[str]) -> str:
-    """SHA-256 over the source of some parts of this package."""
-    return _source(lambda name: name in parts)
-
-
-def _source(chosen: Callable[[str], bool]) -> str:
+    """SHA-256 of the source of folders and files of this package, given by their paths in it."""
     root = Path(rvjax.__file__).parent
+    files = {path for part in parts for path in ((root / part).rglob("*.py") if (root / part).is_dir() else (root / part,))}
     digest = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        name = path.relative_to(root)
-        if chosen(name.parts[0]):
-            digest.update(str(name).encode() + b"\0" + path.read_bytes() + b"\0")
+    for path in sorted(files):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]

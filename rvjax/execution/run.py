@@ -11,8 +11,9 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.analysis.run_totals import Totals, wanted
@@ -25,197 +26,240 @@ from rvjax.errors import UsageError
 from rvjax.execution.audit import prove
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
-from rvjax.execution.executors.threads import inline, map_in_threads
+from rvjax.execution.executors.threads import local_threads, map_in_threads
 from rvjax.execution.identity import PLAN, identity, provenance, short
 from rvjax.execution.replay import Trace, recorded, trace
 from rvjax.run_folder import BASELINES, Account, RunFolder
 from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
-from rvjax.simulation.problem import load
+from rvjax.simulation.problem import Problem, load
 
 TRACE_ROWS = 600
-"""Of a kept flight: one of more steps is thinned to at most so many."""
+"""A kept flight has up to this many rows; a longer one is thinned."""
 
 TRACED = 104
 """Flights that are traced together: each takes 400 kB until it is written."""
 
 Progress = Callable[[int, int], None]
-"""Called with the samples flown so far, and all samples requested."""
+"""Called with the number of samples flown and the number requested."""
+
+
+def _ignore(*args: object) -> None:
+    """Does nothing: the default of every callback."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """How a campaign is flown and who is told; nothing here changes a number.
+
+    command: recorded in the run folder. executor: what flies the chunks, see `rvjax.execution.executors`.
+    until_decided: stop once sequential methods have decided every requirement. A requirement with a fixed number of samples
+    needs all samples.
+    on_progress: see `Progress`. on_open: called with the folder before the first flight. on_baseline: called with the name of
+    each baseline controller before it flies.
+    """
+
+    command: Sequence[str] = ()
+    executor: ExecutorFactory = local_threads
+    until_decided: bool = False
+    on_progress: Progress = _ignore
+    on_open: Callable[[Path], None] = _ignore
+    on_baseline: Callable[[str], None] = _ignore
+
+
+class FinishedRun(NamedTuple):
+    """A run folder, how its samples ended, and the verdict on each requirement."""
+
+    folder: Path
+    account: Account
+    verdicts: tuple[Verdict, ...]
 
 
 def run(
     path: str | Path,
     out: str | Path | None = None,
     overrides: Sequence[str] = (),
-    progress: Progress | None = None,
+    *,
+    on_progress: Progress | None = None,
+    until_decided: bool = False,
+    executor: ExecutorFactory = local_threads,
     command: Sequence[str] = (),
-    opened: Callable[[Path], None] | None = None,
-    crew: ExecutorFactory = inline,
-    finished: Callable[[Account, tuple[Verdict, ...]], None] | None = None,
-    baseline: Callable[[str], None] | None = None,
-    until_decided: bool = False,
 ) -> Path:
-    """Flies a campaign into a run folder, keeps the flights that it asks for and writes the report; returns the folder.
+    """Flies a campaign into a run folder, writes its report and returns the folder.
 
-    out: the folder, default `reports/<name>/<identity>`. A folder with the same identity is gone on with: only what is missing
-    or damaged is flown. overrides: `place=value`, as in `--set`. command: what to record as the command.
-    opened: called with the folder once it is there, before anything flies. crew: who flies, `rvjax.execution.executors`.
-    finished: called with how the samples ended and with the verdicts, for which the folder need not be read again.
-    baseline: called with the name of each other controller before it flies the same draws, into `baselines/<name>` of the folder.
-    until_decided: no more chunks are flown once sequential methods have decided all requirements; the samples of the campaign are
-    the most that are flown. Where one requirement is judged by a fixed number of samples, all of them are.
+    out: the folder, default `reports/<name>/<identity>`. A folder with the same identity is resumed: only missing and damaged
+    chunks are flown. overrides: `place=value` as in `--set`. The other arguments are those of `RunOptions`.
 
-    Errors: CampaignError with every finding; UsageError where samples are added that a fixed number of them was judged without;
-    FolderError where the folder is damaged or belongs to another run; IncompleteError
-    where the disk refuses or chunks could not be flown.
+    Errors: CampaignError with every finding; UsageError where samples are added to a run that a fixed number of samples has
+    judged; FolderError where the folder is damaged or belongs to another run; IncompleteError where a file cannot be written
+    or a chunk cannot be flown.
     """
-    given = progress or _nothing, command, opened or _nothing, crew, baseline or _nothing, until_decided
-    place, account, fold = _run(path, out, overrides, *given)
-    if finished is not None:
-        finished(account, fold.verdicts)
-    return place
+    options = RunOptions(command=command, executor=executor, until_decided=until_decided, on_progress=on_progress or _ignore)
+    return fly(path, out, overrides, options).folder
 
 
-def _run(
-    path: str | Path,
-    out: str | Path | None,
-    overrides: Sequence[str],
-    progress: Progress,
-    command: Sequence[str],
-    opened: Callable[[Path], None],
-    crew: ExecutorFactory,
-    baseline: Callable[[str], None] | None,
-    until_decided: bool = False,
-) -> tuple[Path, Account, RunAccumulator]:
-    """As `run`; returns the folder, how the samples ended, and all that was folded of them. baseline: None where one flies."""
+def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], options: RunOptions) -> FinishedRun:
+    """As `run`, with all options. Baseline controllers of the campaign fly the same draws into `baselines/<name>`."""
+    problem = load(path, overrides)
+    spec = problem.spec
+    jax_config.configure(spec.precision)
+    flown_by = identity(problem)
+    place = Path(out) if out is not None else Path("reports") / spec.name / short(flown_by)
+    with _open(problem, flown_by, place, overrides, options) as folder:
+        options.on_open(place)
+        results = _fly_problem(problem, flown_by, folder, options)
+        baselines: dict[str, Totals] = {}
+        for choice in spec.baselines:
+            options.on_baseline(choice.name)
+            baselines[choice.name] = _fly_baseline(path, choice, folder, overrides, options)
+        _report(folder, results, spec, baselines)
+    return FinishedRun(place, results.totals.account(folder.requested), results.verdicts)
+
+
+def _fly_baseline(path: str | Path, choice: Choice, main: RunFolder, overrides: Sequence[str], options: RunOptions) -> Totals:
+    """Flies a baseline controller on the draws of the main run, into a run folder inside the main one."""
+    overrides = (*overrides, *baseline_overrides(choice), f"samples={main.requested}")
     problem = load(path, overrides)
     jax_config.configure(problem.spec.precision)
-    mine = identity(problem)
-    spec = problem.spec
-    place = Path(out) if out is not None else Path("reports") / spec.name / short(mine)
-    before = RunFolder.open(place) if (place / MANIFEST).exists() else None
-    inputs = spec.source.inputs
-    if before is not None:
-        _may_go_on(before, mine, spec)
-    early = until_decided and bool(spec.require) and all(one.method != "fixed" for one in spec.require)
-    first = _next_look(0) if before is None else before.requested
-    samples = min(spec.samples, first) if early else spec.samples
-    described = (mine, provenance(command, overrides), spec.source.text, samples, spec.name)
-    folder = RunFolder.resume(place, *described, LANES, inputs) if before else RunFolder.create(place, *described, inputs)
-    opened(place)
-    fold = RunAccumulator(spec.require, sampling_design_of(spec), spec.keep)
-    with folder:
-        pilot = ChunkRunner(problem, mine)
-        _fly(pilot, folder, fold, crew, progress, baseline is None)
-        while early and not fold.decided and folder.requested < spec.samples:
-            folder.grow(min(spec.samples, _next_look(folder.requested)))
-            _fly_missing(pilot, folder, fold, crew, progress)
-        _keep(pilot, folder, wanted(fold.totals))
-        others: dict[str, Totals] = {}
-        for choice in spec.baselines:
-            assert baseline is not None, "a baseline has none"
-            baseline(choice.name)
-            its = place / BASELINES / choice.name, (*overrides, *instead(choice), f"samples={folder.requested}")
-            others[choice.name] = _run(path, *its, progress, command, _nothing, crew, None)[2].totals
-        from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
+    flown_by = identity(problem)
+    with _open(problem, flown_by, main.path / BASELINES / choice.name, overrides, options) as folder:
+        results = _fly_problem(problem, flown_by, folder, options, baseline=True)
+        _report(folder, results, problem.spec, {})
+    return results.totals
 
-        report.write(folder, report.opened(folder, fold, spec, others))
-        return place, fold.totals.account(folder.requested), fold
+
+def baseline_overrides(choice: Choice) -> tuple[str, ...]:
+    """Overrides that replace the controller under test by a baseline."""
+    controller = {"use": choice.use, "name": choice.name, **choice.parameters}
+    return f"controller={json.dumps(controller)}", "baselines=[]"
+
+
+def _open(problem: Problem, flown_by: Mapping[str, Any], place: Path, overrides: Sequence[str], options: RunOptions) -> RunFolder:
+    """The run folder of a problem, created or resumed, with the samples that are flown first."""
+    spec = problem.spec
+    existing = RunFolder.open(place) if (place / MANIFEST).exists() else None
+    if existing is not None:
+        _check_resumable(existing, flown_by, spec)
+    samples = spec.samples
+    if _stops_early(spec, options):
+        samples = min(samples, _next_look(0) if existing is None else existing.requested)
+    described = (flown_by, provenance(options.command, overrides), spec.source.text, samples, spec.name)
+    if existing is None:
+        return RunFolder.create(place, *described, spec.source.inputs)
+    return RunFolder.resume(place, *described, LANES, spec.source.inputs)
+
+
+def _stops_early(spec: Spec, options: RunOptions) -> bool:
+    """Whether the run may end before all samples are flown."""
+    sequential = bool(spec.require) and all(requirement.method != "fixed" for requirement in spec.require)
+    return options.until_decided and sequential
+
+
+def _fly_problem(
+    problem: Problem, flown_by: Mapping[str, Any], folder: RunFolder, options: RunOptions, *, baseline: bool = False
+) -> RunAccumulator:
+    """Flies what the folder lacks, and more until all is decided where the run may end early; keeps traces. Returns the
+    results of all samples. baseline: a baseline controller flies; its audit looks at the controller's draws only."""
+    spec = problem.spec
+    runner = ChunkRunner(problem, flown_by)
+    results = RunAccumulator(spec.require, sampling_design_of(spec), spec.keep)
+    _fly_and_read(runner, folder, results, options, baseline)
+    if not baseline and _stops_early(spec, options):
+        while not results.decided and folder.requested < spec.samples:
+            folder.grow(min(spec.samples, _next_look(folder.requested)))
+            _fly_missing(runner, folder, results, options)
+    _keep_traces(runner, folder, wanted(results.totals))
+    return results
+
+
+def _report(folder: RunFolder, results: RunAccumulator, spec: Spec, baselines: Mapping[str, Totals]) -> None:
+    """Writes the report of a run whose results are at hand."""
+    from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
+
+    report.write(folder, report.opened(folder, results, spec, baselines))
 
 
 def _next_look(flown: int) -> int:
-    """So many samples are to be there at the next look at whether all is decided: a quarter more, or a chunk for each core."""
+    """Samples at the next look of a sequential test: a quarter more than `flown`, at least one chunk for each core."""
     chunks = flown // LANES
     return LANES * (chunks + max(cores(), chunks // 4))
 
 
-def _nothing(*given: object) -> None:
-    """Takes no notice."""
-
-
-def instead(choice: Choice) -> tuple[str, ...]:
-    """Overrides that put a baseline in the place of the controller under test."""
-    said = {"use": choice.use, "name": choice.name, **choice.parameters}
-    return f"controller={json.dumps(said)}", "baselines=[]"
-
-
-def _may_go_on(folder: RunFolder, mine: Mapping[str, Any], spec: Spec) -> None:
-    """UsageError where a folder cannot be gone on with to so many samples, or could not be judged then."""
-    if PLAN in mine:
-        _same_plan(folder, mine)
+def _check_resumable(folder: RunFolder, flown_by: Mapping[str, Any], spec: Spec) -> None:
+    """UsageError where a folder cannot be extended to the campaign's samples, or its verdict would be a second look."""
+    if PLAN in flown_by:
+        _same_plan(folder, flown_by)
     if spec.samples <= folder.requested or folder.missing(math.ceil(folder.requested / LANES)):
         return
-    if any(one.method == "fixed" for one in spec.require) and any(one.method == "fixed" for one in campaign_of(folder).require):
+    requirements = (spec.require, campaign_of(folder).require)
+    if all(any(requirement.method == "fixed" for requirement in each) for each in requirements):
         raise UsageError(
-            f"{folder.path}: judged at {folder.requested} samples, now {spec.samples} are asked for; to look again until it "
-            f"passes is no test by a fixed number of samples. Accepted: --samples {folder.requested}, method: sequential in "
+            f"{folder.path}: judged at {folder.requested} samples, now {spec.samples} are asked for; a test with a fixed number "
+            f"of samples allows no second look. Accepted: --samples {folder.requested}, method: sequential in "
             "require, or another folder with --out and another --seed"
         )
 
 
-def _same_plan(folder: RunFolder, mine: Mapping[str, Any]) -> None:
-    """UsageError where the folder's samples are a plan of another number of them."""
-    theirs, ours = (identity.get(PLAN, {}) for identity in (folder.identity, mine))
-    if theirs and ours and theirs["use"] == ours["use"] and theirs["samples"] != ours["samples"]:
+def _same_plan(folder: RunFolder, flown_by: Mapping[str, Any]) -> None:
+    """UsageError where the folder's samples are a plan of another size."""
+    old, new = (run_identity.get(PLAN, {}) for run_identity in (folder.identity, flown_by))
+    if old and new and old["use"] == new["use"] and old["samples"] != new["samples"]:
         raise UsageError(
-            f"{folder.path}: {theirs['samples']} samples of {theirs['use']}, now {ours['samples']}: a plan cannot be extended or "
-            f"cut, another number of samples is another plan; go on with --samples {theirs['samples']}, or choose another folder "
-            "with --out"
+            f"{folder.path}: {old['samples']} samples of {old['use']}, now {new['samples']}: a plan cannot be extended or cut, "
+            f"since another number of samples is another plan; accepted: --samples {old['samples']}, or another folder with --out"
         )
 
 
-def _fly(
-    pilot: ChunkRunner, folder: RunFolder, fold: RunAccumulator, crew: ExecutorFactory, progress: Progress, baseline: bool
-) -> None:
-    """Flies the chunks that the folder lacks, and folds them and those that were there. One of these that turns out to be
-    damaged is flown again."""
+def _fly_and_read(runner: ChunkRunner, folder: RunFolder, results: RunAccumulator, options: RunOptions, baseline: bool) -> None:
+    """Flies the chunks that the folder lacks and adds all chunks to the results. A damaged chunk is flown again."""
     chunks = math.ceil(folder.requested / LANES)
     folder.quarantine_damaged(["envelopes"])
     unread = {chunk.number for chunk in folder.chunks}
     if folder.missing(chunks, ENVELOPE_CHUNKS):
-        folder.keep_audit(prove(pilot.problem, pilot.flyer, baseline).record)
+        folder.keep_audit(prove(runner.problem, runner.flyer, baseline).record)
     while (missing := folder.missing(chunks, ENVELOPE_CHUNKS)) or unread:
         if missing:
-            _fly_missing(pilot, folder, fold, crew, progress)
-        for table in folder.read_valid_chunks(sorted(unread.difference(missing))):  # a damaged one is missing from then on
-            fold.add(*table)
+            _fly_missing(runner, folder, results, options)
+        for table in folder.read_valid_chunks(sorted(unread.difference(missing))):  # a damaged chunk is missing from then on
+            results.add(*table)
         unread.clear()
 
 
-def _fly_missing(pilot: ChunkRunner, folder: RunFolder, fold: RunAccumulator, crew: ExecutorFactory, progress: Progress) -> None:
-    """Flies the chunks that are missing, commits each as it comes, and folds it."""
-    samples, total = folder.requested, max(folder.requested, pilot.problem.spec.samples)
+def _fly_missing(runner: ChunkRunner, folder: RunFolder, results: RunAccumulator, options: RunOptions) -> None:
+    """Flies the missing chunks, commits each as it arrives and adds it to the results."""
+    samples, total = folder.requested, max(folder.requested, runner.problem.spec.samples)
     missing = folder.missing(math.ceil(samples / LANES), ENVELOPE_CHUNKS)
     done = samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing)
-    progress(done, total)
+    options.on_progress(done, total)
 
-    def keep(parcel: ChunkResult) -> None:
+    def commit(result: ChunkResult) -> None:
         nonlocal done
-        for file in parcel.files:
+        for file in result.files:
             folder.take(file)
-        for table in folder.tables([parcel.chunk]):  # what is on the disk is what is folded
-            fold.add(*table)
-        done += parcel.samples
-        progress(done, total)
+        for table in folder.tables([result.chunk]):  # the results are read back from the disk
+            results.add(*table)
+        done += result.samples
+        options.on_progress(done, total)
 
-    with crew(pilot, folder) as executor:
-        executor.fly(missing, keep)
+    with options.executor(runner, folder) as executor:
+        executor.fly(missing, commit)
 
 
-def _keep(pilot: ChunkRunner, folder: RunFolder, samples: Sequence[int]) -> None:
-    """Flies samples again and keeps their flights, thinned, in place of those that were kept before."""
+def _keep_traces(runner: ChunkRunner, folder: RunFolder, samples: Sequence[int]) -> None:
+    """Flies samples again and keeps their thinned traces, instead of those kept before."""
     folder.quarantine_damaged(["traces"])
     kept = set(folder.trace_samples())
     folder.drop_traces(kept.difference(samples))
     new = [sample for sample in samples if sample not in kept]
-    every = math.ceil(pilot.problem.spec.horizon.steps / TRACE_ROWS)
+    every = math.ceil(runner.problem.spec.horizon.steps / TRACE_ROWS)
 
-    def fly(group: Sequence[int]) -> dict[int, Trace]:
-        return dict(trace(pilot.problem, pilot.flyer, group, every, recorded(folder, group)))
+    def fly_group(group: Sequence[int]) -> dict[int, Trace]:
+        return dict(trace(runner.problem, runner.flyer, group, every, recorded(folder, group)))
 
     def write(traces: dict[int, Trace]) -> None:
         for sample, (frame, columns) in traces.items():
             folder.write_trace(sample, frame, columns)
 
-    map_in_threads(fly, (new[first : first + TRACED] for first in range(0, len(new), TRACED)), write, pilot.flyer.stop)
+    groups = (new[first : first + TRACED] for first in range(0, len(new), TRACED))
+    map_in_threads(fly_group, groups, write, runner.flyer.stop)

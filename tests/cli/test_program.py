@@ -15,7 +15,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from rvjax.cli import app
+from rvjax.cli import _app
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
 from tests.program import Run
@@ -249,12 +249,12 @@ def test_every_bad_file_is_exit_2_with_its_places_and_no_traceback(rvjax: Run, t
         assert all(re.match(rf"{re.escape(str(path))}:\d+:\d+: ", line) for line in err.splitlines()), err
 
 
-@pytest.mark.parametrize(("lost", "number"), [(KeyboardInterrupt, signal.SIGINT), (app.Terminated, signal.SIGTERM)])
+@pytest.mark.parametrize(("lost", "number"), [(KeyboardInterrupt, signal.SIGINT), (_app.Terminated, signal.SIGTERM)])
 def test_a_stop_that_a_callback_loses_comes_again(
     lost: type[BaseException], number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As from JAX's callback of the garbage collection, out of which nothing can be raised. Kills: a Ctrl-C that does nothing."""
     came: queue.Queue[tuple[int, int]] = queue.Queue()
     monkeypatch.setattr(os, "kill", lambda *stop: came.put(stop))
-    app._again(SimpleNamespace(exc_type=lost))
+    _app._send_again(SimpleNamespace(exc_type=lost))
     assert came.get(timeout=10) == (os.getpid(), number)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
-from rvjax.cli.app import app
+from rvjax.cli._app import program
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -26,7 +26,7 @@ def test_links_and_files_exist(document: Path) -> None:
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=[path.name for path in DOCUMENTS])
 def test_commands_exist(document: Path) -> None:
-    known = set(get_command(app).commands)
+    known = set(get_command(program()).commands)
     code = re.findall(r"```sh\n.*?```|`[^`\n]+`", document.read_text(), re.DOTALL)
     used = {command for part in code for command in re.findall(r"(?<!--)\brvjax ([a-z]+)", part)}
     assert used <= known

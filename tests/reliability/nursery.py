@@ -56,7 +56,7 @@ class Nursery:
 def watch(note: Callable[[str], None]) -> None:
     """Has the program tell where it is."""
     from rvjax import report
-    from rvjax.cli import flying
+    from rvjax.cli import _fly_and_judge
     from rvjax.execution import chunks, run
     from rvjax.report import sections
     from rvjax.run_folder import RunFolder
@@ -72,14 +72,14 @@ def watch(note: Callable[[str], None]) -> None:
 
     at: Any = lambda place: lambda *given: place  # noqa: E731
     for owner, attribute, place in (
-        (run, "_fly", at("fly")),
-        (run, "_keep", at("worst")),
+        (run, "_fly_and_read", at("fly")),
+        (run, "_keep_traces", at("worst")),
         (report, "write", at("report")),
-        (flying, "_show", at("verdict")),
+        (_fly_and_judge, "_show", at("verdict")),
         (RunFolder, "take", at("take")),
         (RunFolder, "write_bytes", at("write")),
         (RunFolder, "seal", at("write")),
-        (chunks.ChunkRunner, "parcel", lambda _, chunk: f"chunk {chunk}"),
+        (chunks.ChunkRunner, "fly_chunk", lambda _, chunk: f"chunk {chunk}"),
     ):
         setattr(owner, attribute, told(place, getattr(owner, attribute)))
     for attribute in ("create", "resume"):
@@ -161,7 +161,14 @@ class _Notes:
 
 def serve() -> None:
     """Raises a child for every request."""
-    for module in ("execution.run", "report", "analysis.verdicts", "cli.flying", "report.sections.worst", "report.run_view"):
+    for module in (
+        "execution.run",
+        "report",
+        "analysis.verdicts",
+        "cli._fly_and_judge",
+        "report.sections.worst",
+        "report.run_view",
+    ):
         __import__(f"rvjax.{module}")
     for line in sys.stdin:
         print(json.dumps(raised(json.loads(line))), flush=True)

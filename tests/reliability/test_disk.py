@@ -53,24 +53,24 @@ def bits(path: Path) -> dict[str, bytes]:
 @pytest.fixture
 def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole program but for flying and drawing: chunks and traces are flown once, the report is its numbers."""
-    parcels: dict[int, ChunkResult] = {}
+    results: dict[int, ChunkResult] = {}
     traces: dict[tuple[int, ...], Any] = {}
     trace, run = running.trace, running.run
 
     class ExecutorFactory:
-        def __init__(self, pilot: ChunkRunner) -> None:
-            self.pilot = pilot
+        def __init__(self, runner: ChunkRunner) -> None:
+            self.runner = runner
 
         def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
             for chunk in chunks:
-                if chunk not in parcels:
-                    parcels[chunk] = self.pilot.parcel(chunk)
-                take(parcels[chunk])
+                if chunk not in results:
+                    results[chunk] = self.runner.fly_chunk(chunk)
+                take(results[chunk])
 
     @contextmanager
-    def crew(pilot: ChunkRunner, folder: RunFolder) -> Iterator[ExecutorFactory]:
+    def crew(runner: ChunkRunner, folder: RunFolder) -> Iterator[ExecutorFactory]:
         del folder
-        yield ExecutorFactory(pilot)
+        yield ExecutorFactory(runner)
 
     def once(problem: Any, flyer: Any, samples: list[int], *more: Any) -> Any:
         if tuple(samples) not in traces:

@@ -17,7 +17,7 @@ from rvjax.errors import IncompleteError, UsageError
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.dask_client import workers
-from rvjax.execution.executors.threads import inline as inline_crew
+from rvjax.execution.executors.threads import local_threads
 from rvjax.execution.identity import identity, provenance
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
@@ -28,44 +28,44 @@ from tests.short import CAMPAIGN
 
 
 @pytest.fixture(scope="module")
-def pilot() -> ChunkRunner:
+def runner() -> ChunkRunner:
     """Of the campaign, in this process."""
     problem = load(CAMPAIGN, OVERRIDES)
     return ChunkRunner(problem, identity(problem))
 
 
 @pytest.fixture(scope="module")
-def inline(pilot: ChunkRunner, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def inline(runner: ChunkRunner, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The bits of the campaign, flown by one process."""
     folder = tmp_path_factory.mktemp("inline") / "run"
-    fly(pilot, folder, inline_crew)
+    fly(runner, folder, local_threads)
     return data(folder)
 
 
 def fly(
-    pilot: ChunkRunner, place: Path, crew: ExecutorFactory, seen: Callable[[ChunkResult], None] = lambda parcel: None
+    runner: ChunkRunner, place: Path, crew: ExecutorFactory, seen: Callable[[ChunkResult], None] = lambda result: None
 ) -> None:
     """Flies all chunks into a new folder, the last ones first. seen: called with each, once it is committed."""
-    described = (provenance([], OVERRIDES), pilot.problem.spec.source.text, SAMPLES, "short")
-    with RunFolder.create(place, identity(pilot.problem), *described) as folder, crew(pilot, folder) as executor:
+    described = (provenance([], OVERRIDES), runner.problem.spec.source.text, SAMPLES, "short")
+    with RunFolder.create(place, identity(runner.problem), *described) as folder, crew(runner, folder) as executor:
 
-        def take(parcel: ChunkResult) -> None:
-            for file in parcel.files:
+        def take(result: ChunkResult) -> None:
+            for file in result.files:
                 folder.take(file)
-            seen(parcel)
+            seen(result)
 
         executor.fly(reversed(range(CHUNKS)), take)
 
 
-def go_on(pilot: ChunkRunner, place: Path) -> None:
+def go_on(runner: ChunkRunner, place: Path) -> None:
     """Flies what the folder lacks, without Dask."""
-    described = (provenance([], OVERRIDES), pilot.problem.spec.source.text, SAMPLES, "short")
+    described = (provenance([], OVERRIDES), runner.problem.spec.source.text, SAMPLES, "short")
     with (
-        RunFolder.resume(place, identity(pilot.problem), *described, LANES) as folder,
-        inline_crew(pilot, folder) as executor,
+        RunFolder.resume(place, identity(runner.problem), *described, LANES) as folder,
+        local_threads(runner, folder) as executor,
     ):
         executor.fly(
-            folder.missing(CHUNKS, ENVELOPE_CHUNKS), lambda parcel: [folder.take(file) for file in parcel.files] and None
+            folder.missing(CHUNKS, ENVELOPE_CHUNKS), lambda result: [folder.take(file) for file in result.files] and None
         )
 
 
@@ -81,13 +81,13 @@ def first_chunk(folder: Path, running: subprocess.Popen[str]) -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 4])
 def test_workers_of_this_machine_fly_the_same_bits(
-    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], count: int, full: bool, figure: Callable[[str], None]
+    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], count: int, full: bool, figure: Callable[[str], None]
 ) -> None:
     """Kills: another compiler setting in a worker, draws that depend on the process, a chunk that comes twice."""
     if count != 2 and not full:
         pytest.skip("half a minute; with --long")
     said: list[str] = []
-    fly(pilot, tmp_path / "run", workers(count, said.append))
+    fly(runner, tmp_path / "run", workers(count, said.append))
     assert said[0].startswith("Dask: http://127.0.0.1:")
     assert data(tmp_path / "run") == inline
     assert not list((tmp_path / "run").glob(".workers.*"))
@@ -95,21 +95,21 @@ def test_workers_of_this_machine_fly_the_same_bits(
 
 
 def test_a_worker_killed_while_flying_is_no_loss(
-    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], figure: Callable[[str], None]
+    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], figure: Callable[[str], None]
 ) -> None:
     """SIGKILL to a worker and its nanny in the middle, later to the process of another one. Kills: waiting for the dead for ever,
     a chunk lost or double."""
     flown: list[int] = []
     with scheduler() as (address, _), worker(address) as first, worker(address, "--nworkers", "2") as others:
 
-        def kill(parcel: ChunkResult) -> None:
-            flown.append(parcel.chunk)
+        def kill(result: ChunkResult) -> None:
+            flown.append(result.chunk)
             if len(flown) == 1:
                 dead(first)
             if len(flown) == 2:
                 os.kill(children(others.pid)[0], signal.SIGKILL)
 
-        fly(pilot, tmp_path / "run", workers(address, lambda text: None), kill)
+        fly(runner, tmp_path / "run", workers(address, lambda text: None), kill)
     assert sorted(flown) == list(range(CHUNKS))
     assert data(tmp_path / "run") == inline
     figure("workers killed while flying: 2; 0 chunks lost or double, bit-identical")
@@ -126,14 +126,14 @@ import os
 from rvjax.execution.chunks import ChunkRunner
 
 if not hasattr(ChunkRunner, "honest"):  # Dask reads this file twice
-    ChunkRunner.honest = ChunkRunner.parcel
+    ChunkRunner.honest = ChunkRunner.fly_chunk
 
-def parcel(self, chunk):
+def fly_chunk(self, chunk):
     if chunk == 4:
         {what}
     return self.honest(chunk)
 
-ChunkRunner.parcel = parcel
+ChunkRunner.fly_chunk = fly_chunk
 """
 
 
@@ -153,7 +153,7 @@ DaskWorkerState.fly = fly
 
 
 def test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept(
-    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], figure: Callable[[str], None]
+    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], figure: Callable[[str], None]
 ) -> None:
     """Through the program. Kills: a campaign that hangs, chunks that flew beside it being blamed, a traceback."""
     (tmp_path / "poison.py").write_text(POISON.format(what="os._exit(9)"))
@@ -165,13 +165,13 @@ def test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept(
     assert "Traceback" not in err
     assert f"--dask {address}" in err
     assert RunFolder.open(tmp_path / "run").missing(CHUNKS) == [4]
-    go_on(pilot, tmp_path / "run")
+    go_on(runner, tmp_path / "run")
     assert data(tmp_path / "run") == inline
     figure(f"a chunk that kills its workers: named, exit 4, the other {CHUNKS - 1} kept")
 
 
 def test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept(
-    tmp_path: Path, pilot: ChunkRunner, figure: Callable[[str], None]
+    tmp_path: Path, runner: ChunkRunner, figure: Callable[[str], None]
 ) -> None:
     """By a worker that does not see the run folder, so that the rest is sent. Kills: an error that does not survive its way to
     the client; results that only a shared file system brings."""
@@ -179,24 +179,24 @@ def test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept(
     said = rf"^chunk 4 \(samples {4 * LANES} to {5 * LANES - 1}\) could not be flown: 3 times ValueError: no such orbit$"
     preload = ("--preload", str(tmp_path / "poison.py"))
     with scheduler() as (address, _), worker(address, *preload), pytest.raises(IncompleteError, match=said):
-        fly(pilot, tmp_path / "run", workers(address, lambda text: None))
+        fly(runner, tmp_path / "run", workers(address, lambda text: None))
     folder = RunFolder.open(tmp_path / "run")
     assert folder.missing(CHUNKS) == [4]
     folder.verify()
     figure(f"a chunk whose flight raises: named, the other {CHUNKS - 1} kept")
 
 
-def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, pilot: ChunkRunner) -> None:
+def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, runner: ChunkRunner) -> None:
     """Kills: mixing compilers' settings in one table; a refusal that does not say what differs."""
     other = {"XLA_FLAGS": "--xla_cpu_prefer_vector_width=256"}
     said = r"these Dask workers would fly other bits(.|\n)*xla_flags: the client has .*, the worker has .*=256"
     with scheduler() as (address, _), worker(address, **other), pytest.raises(UsageError, match=said):
-        fly(pilot, tmp_path / "run", workers(address, lambda text: None))
+        fly(runner, tmp_path / "run", workers(address, lambda text: None))
     assert RunFolder.open(tmp_path / "run").chunks == ()
 
 
 def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
-    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], full: bool
+    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], full: bool
 ) -> None:
     """Kills: comparing only the workers that are there at the start; giving up the campaign for one of them."""
     if not full:
@@ -207,13 +207,13 @@ def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
         address, _ = stack.enter_context(scheduler())
         stack.enter_context(worker(address))
 
-        def come(parcel: ChunkResult) -> None:
-            flown.append(parcel.chunk)
+        def come(result: ChunkResult) -> None:
+            flown.append(result.chunk)
             if len(flown) == 1:
                 stack.enter_context(worker(address, XLA_FLAGS="--xla_cpu_prefer_vector_width=256"))
                 stack.enter_context(Client(address)).wait_for_workers(2, timeout=60)
 
-        fly(pilot, tmp_path / "run", workers(address, said.append), come)
+        fly(runner, tmp_path / "run", workers(address, said.append), come)
     assert any("is sent away, it would fly other bits:\nxla_flags: the client has" in text for text in said)
     assert sorted(flown) == list(range(CHUNKS))
     assert data(tmp_path / "run") == inline
@@ -221,7 +221,7 @@ def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
 
 @pytest.mark.parametrize("who", ["scheduler", "client"])
 def test_a_stopped_campaign_goes_on_without_dask(
-    tmp_path: Path, pilot: ChunkRunner, inline: dict[str, str], who: str, full: bool
+    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], who: str, full: bool
 ) -> None:
     """The scheduler is killed, or Ctrl-C comes. Kills: hanging, a command to go on that lacks --dask, a traceback."""
     if who == "client" and not full:
@@ -237,7 +237,7 @@ def test_a_stopped_campaign_goes_on_without_dask(
     assert code == (4 if who == "scheduler" else 130), err
     assert "Traceback" not in err
     assert f"--dask {address}" in err
-    go_on(pilot, tmp_path / "run")
+    go_on(runner, tmp_path / "run")
     assert data(tmp_path / "run") == inline
     assert RunFolder.open(tmp_path / "run").requested == SAMPLES
 

@@ -44,7 +44,7 @@ def test_flying_stops_once_all_is_decided(tmp_path: Path) -> None:
     assert verdict.evidence is not None
     assert verdict.evidence.decided == 0
     flown: list[int] = []
-    run(CAMPAIGN, folder, given, progress=lambda done, total: flown.append(done), until_decided=True)
+    run(CAMPAIGN, folder, given, on_progress=lambda done, total: flown.append(done), until_decided=True)
     assert flown == []
     assert judge_folder(folder)[0].text == verdict.text
 
@@ -98,7 +98,7 @@ def test_a_run_that_was_cut_short_has_not_been_looked_at(tmp_path: Path) -> None
 
     folder = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
-        run(CAMPAIGN, folder, (*QUICK, FIXED, "samples=1000"), progress=stop)
+        run(CAMPAIGN, folder, (*QUICK, FIXED, "samples=1000"), on_progress=stop)
     run(CAMPAIGN, folder, (*QUICK, FIXED, "samples=1300"))
     assert judge_folder(folder)[0].n == 1300
 

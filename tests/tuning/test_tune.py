@@ -191,7 +191,7 @@ def test_a_finished_one_flies_nothing_again(
     place, found = tuned
     before = {name: (place / name).read_bytes() for name in KEPT}
     monkeypatch.setattr(Flyer, "fly", None)
-    monkeypatch.setattr("rvjax.execution.run._keep", lambda *given: None)
+    monkeypatch.setattr("rvjax.execution.run._keep_traces", lambda *given: None)
     assert tuning.tune(campaign, place)[1] == found
     assert {name: (place / name).read_bytes() for name in KEPT} == before
 

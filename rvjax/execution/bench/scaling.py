@@ -27,18 +27,18 @@ def main(spec: dict[str, Any]) -> None:
     configure(spec["precision"])
     from rvjax.execution.bench.worker import forget_peak, peak_mb, say
     from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
-    from rvjax.execution.executors.threads import Inline
+    from rvjax.execution.executors.threads import ThreadExecutor
     from rvjax.simulation.batch import LANES
     from rvjax.simulation.problem import load
 
     chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + math.ceil(spec["samples"] / LANES))
     problem = shortened(load(spec["campaign"]), spec["steps"], chunks.stop * LANES)
-    executor = Inline(ChunkRunner(problem, {}))
+    executor = ThreadExecutor(ChunkRunner(problem, {}))
     lanes = 0
 
-    def take(parcel: ChunkResult) -> None:
+    def take(result: ChunkResult) -> None:
         nonlocal lanes
-        lanes += parcel.samples
+        lanes += result.samples
 
     executor.fly(range(ENVELOPE_CHUNKS), take)  # compiles; only of these are envelopes kept
     forget_peak()

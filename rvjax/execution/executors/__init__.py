@@ -1,4 +1,4 @@
-"""Executors: who flies the chunks. Whoever it is may die at any time; the run folder is what counts."""
+"""Executors: what flies the chunks. An executor may stop at any time: the run folder holds what is done."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from rvjax.run_folder import RunFolder
 
 
 class Executor(Protocol):
-    """Flies chunks and hands over what came of them, in any order."""
+    """Flies chunks and hands over their results in any order."""
 
     def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
-        """Calls `take` with every chunk's parcel, in this thread, while others fly. Memory holds a few at a time. Where it is
-        interrupted, what has been flown is still handed over.
+        """Calls `take` with the result of every chunk, in this thread, while others fly. Memory holds a few results at a time.
+        On an interrupt, what was flown is still handed over.
 
         IncompleteError names the chunks that could not be flown, after all others were handed over.
         """
@@ -23,4 +23,4 @@ class Executor(Protocol):
 
 
 ExecutorFactory = Callable[[ChunkRunner, RunFolder], AbstractContextManager[Executor]]
-"""How to get an executor for a pilot's campaign, flown into a folder; it is given up again on leaving the context."""
+"""Gives an executor for a campaign that is flown into a folder; leaving the context releases it."""

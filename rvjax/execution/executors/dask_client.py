@@ -1,8 +1,8 @@
 """Executor: Dask workers, processes on this machine or on many.
 
-A task is a chunk's number. A worker that is lost is no loss: the scheduler gives its chunks to others. Workers that see the run
-folder at the same path write the files of data themselves, the others send them; either way it is the client that takes them
-in, so only one process writes the journal.
+A task is a chunk's number. Where a worker is lost, the scheduler gives its chunks to others. A worker that sees the run folder
+at the same path writes its data files itself, any other worker sends them. Only the client commits files, so a single process
+writes the journal.
 """
 
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
@@ -41,14 +41,14 @@ AHEAD = 2
 """Chunks in flight for each thread of the workers: one flies, one waits."""
 
 RETRIES = 2
-"""Of a chunk whose flight raises an error. When its worker dies, it is Dask that gives it to others: as often as
+"""Retries of a chunk whose flight raises an error. Where its worker dies, Dask gives the chunk to others, as often as
 `distributed.scheduler.allowed-failures` says."""
 
 MOST_LOST = 3
-"""After so many chunks that cannot be flown nothing else is tried."""
+"""The run gives up after this number of chunks that cannot be flown."""
 
 MOST_SUSPECT = 16
-"""So many chunks whose workers died are flown again, each by itself, before others."""
+"""Up to this number of chunks whose workers died are flown again, each alone, before others."""
 
 PATIENCE_S = 60.0
 """How long a file that a worker has written may take to appear here: network file systems show names late."""
@@ -71,26 +71,26 @@ def parse(text: str) -> int | str:
 
 
 def workers(place: int | str, say: Say) -> ExecutorFactory:
-    """A crew of Dask workers: so many on this machine, or those of a scheduler. say: where progress beside flying is told."""
+    """An executor of Dask workers: N processes on this machine, or those of a scheduler. say: gets messages on progress."""
 
     @contextmanager
-    def crew(pilot: ChunkRunner, folder: RunFolder) -> Generator[Workers, None, None]:
+    def executor(runner: ChunkRunner, folder: RunFolder) -> Generator[Workers, None, None]:
         with ExitStack() as stack:
             stack.enter_context(_silence())
             client = stack.enter_context(_client(place, stack))
             say(f"Dask: {client.dashboard_link or 'no dashboard'}")
-            token = f".workers.{uuid.uuid4().hex}"  # a name that is swept up where this process is killed
+            token = f".workers.{uuid.uuid4().hex}"  # a temporary name: it is removed later where this process is killed
             (folder.path / token).touch()
             stack.callback((folder.path / token).unlink, missing_ok=True)
-            station = DaskWorkerState(_order(pilot, folder, token, isinstance(place, int)))
+            state = DaskWorkerState(_order(runner, folder, token, isinstance(place, int)))
             try:
-                client.register_plugin(station)
-            except Exception as error:  # whatever a worker says against it
+                client.register_plugin(state)
+            except Exception as error:  # any error of a worker
                 raise UsageError(_CANNOT.format(error)) from error
-            stack.callback(_dismiss, client, station.name)
-            yield Workers(client, station.name, folder.path, say)
+            stack.callback(_dismiss, client, state.name)
+            yield Workers(client, state.name, folder.path, say)
 
-    return crew
+    return executor
 
 
 class Workers:
@@ -101,21 +101,21 @@ class Workers:
         self._threads, self._counted = 0, -LOOK_S
 
     def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
-        """As `Executor.fly`, in the order in which they are done. UsageError where the workers are unlike the client."""
+        """As `Executor.fly`, in order of completion. UsageError where a worker would fly other bits than the client."""
         self._compare()
         todo, lost = iter(chunks), dict[int, str]()
         while len(lost) < MOST_LOST:
             suspects = self._fly(todo, AHEAD, take, lost)
-            for chunk in suspects:  # each by itself: whoever flies beside a chunk that kills its worker dies with it
+            for chunk in suspects:  # each alone: other chunks on a worker that dies are lost with it
                 for _ in self._fly(iter([chunk]), 1, take, lost):
-                    lost[chunk] = f"worker after worker died flying it, by itself as well; {suspects[chunk]}"
+                    lost[chunk] = f"every worker that flew it died, also when it flew alone; {suspects[chunk]}"
             if not suspects:
                 break
         if lost:
             raise IncompleteError("\n".join(_lost(chunk, why) for chunk, why in sorted(lost.items())))
 
     def _fly(self, todo: Iterator[int], ahead: int, take: Callable[[ChunkResult], None], lost: dict[int, str]) -> dict[int, str]:
-        """Flies what is to do, and returns the chunks whose workers died: at most `MOST_SUSPECT`, the rest is still to do."""
+        """Flies the chunks of `todo`; returns those whose workers died, up to `MOST_SUSPECT`; the rest stays in `todo`."""
         flying, failures, suspects = dict[int, Future](), Counter[int](), dict[int, str]()
         done: Queue[int] = Queue()
         try:
@@ -126,29 +126,29 @@ class Workers:
                 if not flying:
                     return suspects
                 chunk = self._next(done)
-                found = self._outcome(flying[chunk])
-                if found is None:
+                outcome = self._outcome(flying[chunk])
+                if outcome is None:
                     _tell(flying[chunk], chunk, done)
                     continue
                 del flying[chunk]
-                if isinstance(found, ChunkResult):
-                    take(self._arrived(found))
-                elif isinstance(found, Failed):
+                if isinstance(outcome, ChunkResult):
+                    take(self._arrived(outcome))
+                elif isinstance(outcome, Failed):
                     failures[chunk] += 1
                     if failures[chunk] > RETRIES:
-                        lost[chunk] = f"{failures[chunk]} times {found.why}"
+                        lost[chunk] = f"{failures[chunk]} times {outcome.why}"
                     else:
                         flying[chunk] = self._submit(chunk, done)
-                elif isinstance(found, Unlike):
-                    self._say(f"worker {found.worker} is sent away, it would fly other bits:\n{found.why}")
-                    self._client.retire_workers([found.worker], close_workers=True)
+                elif isinstance(outcome, Unlike):
+                    self._say(f"worker {outcome.worker} is retired, since it would fly other bits:\n{outcome.why}")
+                    self._client.retire_workers([outcome.worker], close_workers=True)
                     flying[chunk] = self._submit(chunk, done)
                 else:
-                    suspects[chunk] = f"the last one at {found.last_worker.address}"
+                    suspects[chunk] = f"the last at {outcome.last_worker.address}"
         except BaseException:
             for future in flying.values():
-                if future.status == "finished" and isinstance(found := future.result(), ChunkResult):
-                    take(self._arrived(found))
+                if future.status == "finished" and isinstance(outcome := future.result(), ChunkResult):
+                    take(self._arrived(outcome))
             raise
         finally:
             self._client.cancel(list(flying.values()))
@@ -160,7 +160,7 @@ class Workers:
         return future
 
     def _next(self, done: Queue[int]) -> int:
-        """The next chunk that is done, one way or the other."""
+        """The next chunk that is done, flown or failed."""
         while True:
             try:
                 return done.get(timeout=LOOK_S)
@@ -168,7 +168,7 @@ class Workers:
                 self._count()
 
     def _outcome(self, future: Future) -> ChunkResult | Unlike | Failed | KilledWorker | None:
-        """What a task gave, or that its workers died; None where what it gave died with its worker, so that it runs again."""
+        """The result of a task, or that its workers died; None where the result was lost and the task runs again."""
         if future.status in ("pending", "lost"):
             return None
         if future.status == "cancelled":
@@ -179,11 +179,11 @@ class Workers:
             return error
         except CancelledError:
             return None
-        except Exception as error:  # whatever else Dask gives up for
+        except Exception as error:  # any other reason for which Dask gives up
             raise IncompleteError(f"Dask gave up a chunk: {type(error).__name__}: {error}") from error
 
     def _count(self) -> int:
-        """Threads of all workers, looked at now and then; waits until there is one."""
+        """Threads of all workers, counted every few seconds; waits for the first worker."""
         while not self._threads or time.monotonic() - self._counted > LOOK_S:
             now = sum(self._there().values())
             if not now and (self._threads or self._counted < 0):
@@ -204,41 +204,42 @@ class Workers:
         raise IncompleteError(f"the Dask scheduler was lost: {why}")
 
     def _compare(self) -> None:
-        """Every worker that is there says whether it would fly the same bits."""
+        """Asks every connected worker whether it would fly the same bits. UsageError where one would not."""
         self._count()
         asked = [
-            self._client.submit(ready, self._name, workers=[one], allow_other_workers=True, pure=False) for one in self._there()
+            self._client.submit(ready, self._name, workers=[address], allow_other_workers=True, pure=False)
+            for address in self._there()
         ]
         answers = [answer for future in asked if isinstance(answer := self._answer(future), Unlike)]
         if answers:
-            what = "\n".join(f"{one.worker}:\n{one.why}" for one in answers)
+            what = "\n".join(f"{answer.worker}:\n{answer.why}" for answer in answers)
             raise UsageError(f"these Dask workers would fly other bits; start them with the same rvjax and packages\n{what}")
 
     def _answer(self, future: Future) -> Any:
         try:
             return future.result()
         except KilledWorker:
-            return None  # whoever comes instead is asked when it flies
-        except Exception as error:  # whatever a worker says against it
+            return None  # its replacement is asked when it flies
+        except Exception as error:  # any error of a worker
             raise UsageError(_CANNOT.format(error)) from error
 
-    def _arrived(self, parcel: ChunkResult) -> ChunkResult:
-        """The parcel, once the files that its worker has written are seen here."""
+    def _arrived(self, result: ChunkResult) -> ChunkResult:
+        """The result, once the files that its worker has written are visible here."""
         late = time.monotonic() + PATIENCE_S
-        for file in parcel.files:
+        for file in result.files:
             while file.data is None and not (self._folder / file.entry.file).exists() and time.monotonic() < late:
                 time.sleep(0.1)
-        return parcel
+        return result
 
 
 def _tell(future: Future, chunk: int, done: Queue[int]) -> None:
-    """Puts the chunk among those that are done when it is."""
+    """Puts the chunk into `done` when its task ends."""
     future.add_done_callback(lambda _: done.put(chunk))
 
 
 @contextmanager
 def _silence() -> Generator[None, None, None]:
-    """What Dask logs in this process: tracebacks of lost connections, of which we say in words what they mean."""
+    """Silences Dask's log in this process: tracebacks of lost connections, for which rvjax prints messages."""
     names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "tornado")]
     levels = {logger: logger.level for logger in map(logging.getLogger, names)}
     for logger in levels:
@@ -263,10 +264,10 @@ def _client(place: int | str, stack: ExitStack) -> Client:
         raise UsageError(f"--dask {place}: {error}; accepted: the address that `dask scheduler` prints") from error
 
 
-def _order(pilot: ChunkRunner, folder: RunFolder, token: str, local: bool) -> WorkOrder:
+def _order(runner: ChunkRunner, folder: RunFolder, token: str, local: bool) -> WorkOrder:
     return WorkOrder(
-        campaign=pilot.problem.spec.source.text,
-        inputs=pilot.problem.spec.source.inputs,
+        campaign=runner.problem.spec.source.text,
+        inputs=runner.problem.spec.source.inputs,
         overrides=tuple(map(str, folder.provenance["overrides"])),
         identity=folder.identity,
         packages=packages(),
@@ -277,7 +278,7 @@ def _order(pilot: ChunkRunner, folder: RunFolder, token: str, local: bool) -> Wo
 
 
 def _dismiss(client: Client, name: str) -> None:
-    """The campaign is over: workers forget it. One that does not answer is not waited for."""
+    """Makes the workers forget the campaign; does not wait for a worker that does not answer."""
     with suppress(Exception):
         client.unregister_worker_plugin(name)
 

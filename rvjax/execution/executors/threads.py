@@ -1,4 +1,4 @@
-"""Executor: the threads of this process, one for each core, on all devices that it has."""
+"""Executor: the threads of this process, one for each core, on all of its devices."""
 
 from __future__ import annotations
 
@@ -17,14 +17,16 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-def map_in_threads(fly: Callable[[T], R], things: Iterable[T], take: Callable[[R], None], stop: Callable[[], None]) -> None:
-    """Calls `fly` with every thing, several beside each other, and `take` with what comes of each, in their order and in this
-    thread. Memory holds a few at a time. Where it is interrupted, `stop` ends what flies, and what has been flown is taken."""
-    todo, flying = iter(things), deque[Future[R]]()
+def map_in_threads(fly: Callable[[T], R], items: Iterable[T], take: Callable[[R], None], stop: Callable[[], None]) -> None:
+    """Calls `fly` with every item, several at a time, and `take` with each result, in the order of the items and in this thread.
+
+    Memory holds a few results at a time. On an interrupt `stop` ends the flights, and `take` gets what was flown before.
+    """
+    todo, flying = iter(items), deque[Future[R]]()
     with ThreadPoolExecutor(streams()) as threads:
         try:
             while True:
-                flying.extend(threads.submit(fly, one) for one in islice(todo, 2 * streams() - len(flying)))
+                flying.extend(threads.submit(fly, item) for item in islice(todo, 2 * streams() - len(flying)))
                 if not flying:
                     break
                 take(flying.popleft().result())
@@ -37,19 +39,19 @@ def map_in_threads(fly: Callable[[T], R], things: Iterable[T], take: Callable[[R
             raise
 
 
-class Inline:
-    """Flies chunks by the threads of this process."""
+class ThreadExecutor:
+    """Flies chunks in the threads of this process."""
 
-    def __init__(self, pilot: ChunkRunner) -> None:
-        self._pilot = pilot
+    def __init__(self, runner: ChunkRunner) -> None:
+        self._runner = runner
 
     def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
         """As `Executor.fly`, in the order of the chunks."""
-        map_in_threads(self._pilot.parcel, chunks, take, self._pilot.flyer.stop)
+        map_in_threads(self._runner.fly_chunk, chunks, take, self._runner.flyer.stop)
 
 
 @contextmanager
-def inline(pilot: ChunkRunner, folder: RunFolder) -> Generator[Inline, None, None]:
-    """The default crew."""
+def local_threads(runner: ChunkRunner, folder: RunFolder) -> Generator[ThreadExecutor, None, None]:
+    """The default executor."""
     del folder
-    yield Inline(pilot)
+    yield ThreadExecutor(runner)

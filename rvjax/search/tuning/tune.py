@@ -208,7 +208,7 @@ def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
     mine = identity(space.problem) | {"seed": seed}
     return mine | {
         SEARCH: hashlib.sha256(text.encode()).hexdigest(),
-        "search": source_digest(("analysis", "components", "search", "stats")),
+        "search": source_digest(("analysis", "components/search_methods", "search", "stats")),
     }
 
 
@@ -222,8 +222,8 @@ def _confirmed(
 ) -> Any:
     """Flies the winner and the campaign as it is on fresh draws, and judges them."""
     tuning = search.tuning
-    run.run(place / tuning_record.BEST, place / tuning_record.TUNED, ["baselines=[]"], progress, command)
-    run.run(place / CAMPAIGN, place / tuning_record.OWN, [*overrides, *_fresh_draws(spec)], progress, command)
+    run.run(place / tuning_record.BEST, place / tuning_record.TUNED, ["baselines=[]"], on_progress=progress, command=command)
+    run.run(place / CAMPAIGN, place / tuning_record.OWN, [*overrides, *_fresh_draws(spec)], on_progress=progress, command=command)
     samples = np.arange(search.standings[search.best].samples, dtype=np.int64)
     table = search.flights.table(search.best, samples)
     seen = [*search.judge.values(table), search.judge.score(table).objectives[0]]

@@ -1,4 +1,4 @@
-"""Commands, arguments and exit codes. Nothing heavy is imported before a command runs, so that --help is quick."""
+"""Commands, shared options and exit codes. Nothing heavy is imported before a command runs, so that --help is quick."""
 
 from __future__ import annotations
 
@@ -8,31 +8,27 @@ import sys
 import threading
 import traceback
 import warnings
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 
 import rvjax
-from rvjax.cli.output import Output, say
+from rvjax.cli._output import Output, say
 from rvjax.errors import CampaignError, RvjaxError
 
-app = typer.Typer(
-    add_completion=False,
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    help="Batched Monte-Carlo robustness analysis of spacecraft rendezvous.",
-    epilog="Exit codes: 0 done, every requirement passes; 1 a requirement failed; 2 the command or the campaign is wrong; "
-    "3 undecided; 4 incomplete; 5 a run folder is damaged or another run's; 130, 143 interrupted.",
+COMMANDS = (
+    *("init", "validate", "run", "check", "report", "compare", "tune", "worst", "replay"),
+    *("plan", "list", "explain", "schema", "bench", "doctor"),
 )
+"""The commands in the order of `rvjax --help`: each is the function `command` of `rvjax.cli.<name>`."""
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, everything else on stderr.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no hints.")]
-Sets = Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Another value in the campaign; repeatable.")]
-Samples = Annotated[int | None, typer.Option("--samples", min=1, help="Number of samples, instead of the campaign's.")]
-Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed, instead of the campaign's.")]
+Sets = Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Replace a campaign value; repeatable.")]
+Samples = Annotated[int | None, typer.Option("--samples", min=1, help="Number of samples; replaces the campaign's.")]
+Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed; replaces the campaign's.")]
 Campaign = Annotated[Path, typer.Argument(metavar="FILE", help="A campaign file.")]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A run folder.")]
 Dask = Annotated[
@@ -43,17 +39,35 @@ Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="The run 
 JunitXml = Annotated[Path | None, typer.Option("--junit-xml", metavar="PATH", help="Also write the verdicts as JUnit XML.")]
 
 
+def program() -> typer.Typer:
+    """The command line with every command."""
+    app = typer.Typer(
+        add_completion=False,
+        no_args_is_help=True,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+        help="Batched Monte-Carlo robustness analysis of spacecraft rendezvous.",
+        epilog="Exit codes: 0 done, every requirement passes; 1 a requirement failed; 2 the command or the campaign is wrong; "
+        "3 undecided; 4 incomplete; 5 a run folder is damaged or belongs to another run; 130, 143 interrupted.",
+    )
+    app.callback()(_options)
+    for name in COMMANDS:
+        app.command(name)(import_module(f"rvjax.cli.{name}").command)
+    return app
+
+
 class Terminated(BaseException):
-    """SIGTERM came."""
+    """The process received SIGTERM."""
 
 
 def main() -> NoReturn:
     """Runs the program and exits with its code; a user's mistake ends in a message, never in a traceback."""
     signal.signal(signal.SIGTERM, _terminate)
-    sys.unraisablehook = _again
+    sys.unraisablehook = _send_again
     warnings.showwarning = _warn
     try:
-        code = app(standalone_mode=False)
+        code = program()(standalone_mode=False)
     except RvjaxError as error:
         code = _report(error)
     except typer.Abort:
@@ -71,20 +85,20 @@ def _terminate(number: int, frame: Any) -> NoReturn:
     raise Terminated
 
 
-def _again(lost: sys.UnraisableHookArgs) -> None:
-    """A stop that came inside a callback, which loses it: comes again a moment later."""
+def _send_again(lost: sys.UnraisableHookArgs) -> None:
+    """A stop signal inside a callback is lost by Python: sends it again a moment later."""
     number = {KeyboardInterrupt: signal.SIGINT, Terminated: signal.SIGTERM}.get(lost.exc_type)
     if number is None:
         sys.__unraisablehook__(lost)
     else:
-        again = threading.Timer(0.05, os.kill, (os.getpid(), number))
-        again.daemon = True
-        again.start()
+        timer = threading.Timer(0.05, os.kill, (os.getpid(), number))
+        timer.daemon = True
+        timer.start()
 
 
-def _warn(message: Warning | str, *where: Any) -> None:
-    """A warning as one line, without the place in our code that it comes from."""
-    del where
+def _warn(message: Warning | str, *origin: Any) -> None:
+    """A warning as a single line, without its place in the code."""
+    del origin
     say(f"rvjax: {message}", sys.stderr)
 
 
@@ -93,8 +107,8 @@ def _report(error: RvjaxError) -> int:
     if os.environ.get("GITHUB_ACTIONS") == "true":
         from rvjax.report.ci import github
 
-        told = github.of_findings(error.findings) if isinstance(error, CampaignError) else [github.of_error(str(error))]
-        Output(as_json="--json" in sys.argv).annotate(told)
+        annotations = github.of_findings(error.findings) if isinstance(error, CampaignError) else [github.of_error(str(error))]
+        Output(as_json="--json" in sys.argv).annotate(annotations)
     if "--json" in sys.argv:
         findings = [vars(finding) for finding in error.findings] if isinstance(error, CampaignError) else []
         Output(as_json=True).document({"error": str(error), "findings": findings, "exit_code": error.exit_code})
@@ -102,13 +116,13 @@ def _report(error: RvjaxError) -> int:
 
 
 def _unexpected(error: Exception) -> int:
-    """2 for a wrong command line, whose exceptions have a message of their own; 4, never a verdict's code, for our mistakes."""
+    """2 for a wrong command line, whose exceptions format their message; 4, never a verdict's code, for a bug."""
     message = getattr(error, "format_message", None)
     if message is not None:
         say(f"rvjax: {message()}\nTry `rvjax --help`.", sys.stderr)
         return 2
     traceback.print_exception(error)
-    print("rvjax: this is a mistake of the program, please report it", file=sys.stderr)
+    print("rvjax: internal error (a bug in rvjax); please report it", file=sys.stderr)
     return 4
 
 
@@ -118,11 +132,10 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
-def program(
+def _options(
     version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
 ) -> None:
-    """Nothing is done without a command."""
+    """Options without a command."""
 
 
 def overrides(sets: list[str] | None, samples: int | None = None, seed: int | None = None) -> list[str]:

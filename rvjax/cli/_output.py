@@ -18,18 +18,18 @@ if TYPE_CHECKING:
     from rvjax.analysis.verdicts import Verdict
     from rvjax.execution.run import Progress
 
-AFTERWARDS = "flying again what is kept, writing the report"
+AFTERWARDS = "tracing the kept samples, writing the report"
 
 STYLES = {"PASS": "bold green", "FAIL": "bold red", "UNDECIDED": "bold yellow"}
 
 
 def say(text: str, stream: TextIO) -> None:
-    """One text and a line end, nothing in it acting on a terminal."""
+    """Prints a text and a line end; control characters are made visible."""
     _put(visible(text), stream)
 
 
 def _put(text: str, stream: TextIO) -> None:
-    """The text as it is; a reader that has gone away (`| head`) changes neither a flight nor an exit code."""
+    """Prints a text unchanged. A reader that closed the pipe (`| head`) changes neither a flight nor an exit code."""
     try:
         print(text, file=stream, flush=True)
     except BrokenPipeError:
@@ -52,15 +52,15 @@ class Output:
         """The result as one JSON document, only with --json; numbers that are not finite are null."""
         if self.as_json:
             text = json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False)
-            _put(visible(text, lambda one: f"\\u{ord(one):04x}"), sys.stdout)
+            _put(visible(text, lambda character: f"\\u{ord(character):04x}"), sys.stdout)
 
     def annotate(self, commands: Sequence[str]) -> None:
-        """Commands to the service that runs this, which reads both streams."""
-        for one in commands:
-            say(one, sys.stderr if self.as_json else sys.stdout)
+        """Commands for the CI service, which reads both streams."""
+        for command in commands:
+            say(command, sys.stderr if self.as_json else sys.stdout)
 
     def note(self, text: str) -> None:
-        """Something beside the result, on stderr."""
+        """A note on stderr; nothing with --quiet."""
         if not self.quiet:
             say(text, sys.stderr)
 
@@ -84,13 +84,16 @@ class Output:
         _put(printed.get().rstrip("\n"), sys.stdout)
 
     def verdicts(self, verdicts: Sequence[Verdict]) -> None:
-        """One row for each requirement; nothing with --json."""
+        """A row for each requirement; nothing with --json."""
         if verdicts:
-            self.table(("verdict", "requirement"), [(one.verdict, one.text.removeprefix(f"{one.verdict}: ")) for one in verdicts])
+            self.table(
+                ("verdict", "requirement"),
+                [(verdict.verdict, verdict.text.removeprefix(f"{verdict.verdict}: ")) for verdict in verdicts],
+            )
 
     @contextmanager
     def progress(self) -> Iterator[Progress]:
-        """Where flights report how far they are: a bar on a terminal, one line for each chunk elsewhere."""
+        """Progress of the flights: a bar on a terminal, a line for each chunk elsewhere."""
         if self.quiet:
             yield lambda done, total: None
         elif not sys.stderr.isatty():
@@ -101,7 +104,7 @@ class Output:
 
 
 class _Lines:
-    """One line on stderr for each report."""
+    """A line on stderr for each call."""
 
     def __init__(self) -> None:
         self.started = 0.0
@@ -110,16 +113,16 @@ class _Lines:
         self.over = False
 
     def __call__(self, done: int, total: int) -> None:
-        self.calls = 1 if self.over else self.calls + 1  # what comes behind the end is another run
+        self.calls = 1 if self.over else self.calls + 1  # a call after the end belongs to another run
         self.over = done == total
         if self.calls == 1:
             say(f"flying {total - done} of {total} samples", sys.stderr)
-        elif self.calls == 2:  # the first chunk came with compiling: the clock starts behind it
+        elif self.calls == 2:  # the first chunk includes compiling: the clock starts after it
             self.first, self.started = done, time.monotonic()
             say(f"{done}/{total} samples", sys.stderr)
         else:
             spent = time.monotonic() - self.started
-            rate = (done - self.first) / spent if spent > 1.0 else 0.0  # chunks of the same moment say nothing about the speed
+            rate = (done - self.first) / spent if spent > 1.0 else 0.0  # too short to measure the speed
             speed = f", {rate:.0f} samples/s, {(total - done) / rate:.0f} s left" if rate else ""
             say(f"{done}/{total} samples{speed}", sys.stderr)
         if done == total:

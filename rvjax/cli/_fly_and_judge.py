@@ -1,0 +1,106 @@
+"""What `run` and `check` share: fly a campaign, print the verdicts, give the exit code."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rvjax.cli._ci_outputs import CiOutputs
+from rvjax.cli._output import Output, verdict_documents
+from rvjax.cli._resuming import resumable
+from rvjax.errors import RvjaxError
+
+if TYPE_CHECKING:
+    from rvjax.analysis.baseline import BaselineComparison
+    from rvjax.execution.executors import ExecutorFactory
+    from rvjax.execution.run import FinishedRun
+
+
+def fly_and_judge(
+    file: Path,
+    out: Path | None,
+    values: Sequence[str],
+    output: Output,
+    ci_outputs: CiOutputs,
+    *,
+    dask: str | None = None,
+    until_decided: bool = False,
+) -> int:
+    """Flies a campaign and prints its verdicts; returns the exit code. When stopped, prints what is kept and how to resume."""
+    from rvjax.execution.run import RunOptions, fly
+
+    ci_outputs.begin()
+    executor = _executor(dask, output)
+    words = ["check" if until_decided else "run", str(file)]
+    more = [] if dask is None else ["--dask", dask]
+    with (
+        resumable(words, values, output, more) as on_open,
+        ci_outputs.errors(file.stem),
+        output.progress() as on_progress,
+    ):
+        options = RunOptions(
+            command=sys.argv,
+            executor=executor,
+            until_decided=until_decided,
+            on_progress=on_progress,
+            on_open=on_open,
+            on_baseline=lambda name: output.note(f"{name}, on the same draws"),
+        )
+        finished = fly(file, out, values, options)
+    return _show(finished, output, ci_outputs, file)
+
+
+def _executor(dask: str | None, output: Output) -> ExecutorFactory:
+    """The threads of this process, or Dask workers."""
+    if dask is None:
+        from rvjax.execution.executors.threads import local_threads
+
+        return local_threads
+    from rvjax.execution.executors.dask_client import parse, workers
+
+    return workers(parse(dask), output.note)
+
+
+def judge(folder: Path, output: Output, ci_outputs: CiOutputs) -> int:
+    """Prints the verdicts of a run folder; returns the exit code."""
+    from rvjax.analysis.verdicts import account_and_verdicts
+    from rvjax.execution.run import FinishedRun
+
+    ci_outputs.begin()
+    with ci_outputs.errors(folder.absolute().name):
+        account, verdicts = account_and_verdicts(folder)
+    return _show(FinishedRun(folder, account, verdicts), output, ci_outputs, folder / "campaign.yaml")
+
+
+def _show(finished: FinishedRun, output: Output, ci_outputs: CiOutputs, file: Path) -> int:
+    """Prints verdicts and writes the CI outputs; returns the exit code. file: the campaign whose lines are annotated."""
+    from rvjax.analysis.verdicts import campaign_of, exit_code
+    from rvjax.components.samplers import sampling_design_of
+    from rvjax.run_folder import RunFolder
+
+    account, verdicts = finished.account, finished.verdicts
+    counts = {name: count for name, count in vars(account).items() if name != "requested"}
+    parts = [f"{count} {name.replace('_', ' ')}" for name, count in counts.items()]
+    output.text(f"{account.requested} samples: " + ", ".join(parts))
+    output.verdicts(verdicts)
+    folder = RunFolder.open(finished.folder)
+    campaign = campaign_of(folder)
+    if sentence := sampling_design_of(campaign).sentence:
+        output.text(sentence)
+    output.text(f"report: {finished.folder / 'report.html'}")
+    worst = ci_outputs.worst_samples(folder, verdicts, output)
+    comparisons: Sequence[BaselineComparison] = ()
+    try:
+        comparisons = ci_outputs.compare(finished.folder, output)
+    except RvjaxError as error:
+        ci_outputs.write(folder, campaign.name, verdicts, worst, output=output, file=file, error=str(error))
+        raise
+    ci_outputs.write(folder, campaign.name, verdicts, worst, comparisons, output=output, file=file)
+    code = 1 if any(comparison.significant for comparison in comparisons) else exit_code(verdicts)
+    documents = [document | {"worst_sample": sample} for document, sample in zip(verdict_documents(verdicts), worst, strict=True)]
+    document = {"folder": str(finished.folder), "account": vars(account), "verdicts": documents, "exit_code": code}
+    against = [{**vars(comparison), "significant": comparison.significant} for comparison in comparisons]
+    output.document(document | ({} if ci_outputs.against is None else {"against": against}))
+    return code

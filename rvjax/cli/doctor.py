@@ -1,0 +1,26 @@
+"""`rvjax doctor`: the state of this installation and of a run folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rvjax.cli._app import Json
+from rvjax.cli._output import Output
+
+
+def command(
+    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="A run folder whose files are verified as well.")] = None,
+    as_json: Json = False,
+) -> int:
+    """Check the installation, and with DIR every file of a run."""
+    from rvjax.execution.doctor import examine
+
+    output = Output(as_json)
+    examined = examine(folder)
+    output.table(("what", "value"), [(name, str(value)) for name, value in examined.facts.items()])
+    output.text(*[f"wrong: {complaint}" for complaint in examined.complaints] or ["nothing is wrong"])
+    output.document({"facts": examined.facts, "complaints": examined.complaints, "exit_code": examined.exit_code})
+    return examined.exit_code

@@ -1,0 +1,17 @@
+"""`rvjax report`: the report of a run folder."""
+
+from __future__ import annotations
+
+from rvjax.cli._app import Folder, Json
+from rvjax.cli._output import Output
+
+
+def command(folder: Folder, as_json: Json = False) -> int:
+    """Rebuild the report from a run folder alone."""
+    from rvjax.report import build
+
+    output = Output(as_json)
+    page = build(folder)
+    output.text(str(page))
+    output.document({"report": str(page)})
+    return 0

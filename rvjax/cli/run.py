@@ -1,0 +1,25 @@
+"""`rvjax run`: flies a campaign into a run folder."""
+
+from __future__ import annotations
+
+from rvjax.cli._app import Campaign, Dask, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, overrides
+from rvjax.cli._ci_outputs import CiOutputs
+from rvjax.cli._fly_and_judge import fly_and_judge
+from rvjax.cli._output import Output
+
+
+def command(
+    file: Campaign,
+    *,
+    out: Out = None,
+    samples: Samples = None,
+    seed: Seed = None,
+    sets: Sets = None,
+    dask: Dask = None,
+    junit_xml: JunitXml = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Fly a campaign, write its report, print the verdicts. Resumes a folder."""
+    output = Output(as_json, quiet)
+    return fly_and_judge(file, out, overrides(sets, samples, seed), output, CiOutputs(junit_xml), dask=dask)

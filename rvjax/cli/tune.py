@@ -1,0 +1,67 @@
+"""`rvjax tune`: a search for better values of a campaign."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rvjax.cli._app import Campaign, Json, Out, Quiet, Samples, Seed, Sets, overrides
+from rvjax.cli._output import Output
+from rvjax.cli._resuming import resumable
+
+if TYPE_CHECKING:
+    from rvjax.run_folder.tuning_record import Confirmed, Searched
+
+
+def command(
+    file: Campaign,
+    *,
+    out: Out = None,
+    samples: Samples = None,
+    seed: Seed = None,
+    sets: Sets = None,
+    as_json: Json = False,
+    quiet: Quiet = False,
+) -> int:
+    """Search better gains; confirm them on fresh draws."""
+    from rvjax.search.tuning.tune import tune
+
+    output, values = Output(as_json, quiet), overrides(sets, samples, seed)
+    with resumable(["tune", str(file)], values, output) as on_open, output.progress() as on_progress:
+        place, record = tune(file, out, values, output.note, on_progress, sys.argv, on_open)
+    _show(place, record, output)
+    return 0
+
+
+def _show(place: Path, record: Searched, output: Output) -> None:
+    from rvjax.report.tuning_sections.confirmation import headline, shown
+    from rvjax.report.tuning_sections.values import said
+
+    confirmation = record.confirmation
+    assert confirmation is not None, "a search ends with its confirmation"
+    top = headline(record)
+    output.text(f"{top.verdict.word}: {top.sentence}")
+    rows = [
+        (item.verdict, item.text, shown(item.tuned, item), shown(item.own, item), _interval(item), shown(item.optimism, item))
+        for item in confirmation.objectives
+    ]
+    output.table(("verdict", "objective", "winner", "original", "difference", "optimism"), rows)
+    if confirmation.requirements:
+        kept = [
+            (item.tuned, item.own, item.text, *("–" if n is None else f"{n}" for n in (item.only_tuned, item.only_own)))
+            for item in confirmation.requirements
+        ]
+        output.table(("winner", "original", "requirement", "only winner", "only original"), kept)
+    values = [
+        (value.name, value.range, said(value.own), said(value.best if record.best else value.own)) for value in record.parameters
+    ]
+    output.table(("value", "range", "original", "winner"), values)
+    output.text(f"best campaign: {place / 'best.yaml'}", f"report: {place / 'report.html'}")
+    output.document({"folder": str(place), **record.model_dump()})
+
+
+def _interval(item: Confirmed) -> str:
+    scale, unit = (100.0, " %") if item.share else (1.0, f" {item.unit}".rstrip(" 1"))
+    difference = item.difference
+    return f"{scale * difference.value:+.4g} ({scale * difference.low:+.4g} … {scale * difference.high:+.4g}){unit}"
