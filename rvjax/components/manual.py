@@ -20,23 +20,23 @@ from rvjax.physics.saturation import SATURATIONS
 
 HERE = "rvjax"
 
-CHAPTERS = (
-    "dynamics",
-    "backstepping",
-    "nussbaum",
-    "differentiator",
-    "saturation",
-    "allocation",
-    "spec.layout",
-    "closed_loop",
-    "flight",
-    "rk4",
-    "streams",
-    "noise",
-    "margins",
-    "signals",
-)
-"""Modules that hold equations and are no family: each is a page of its own."""
+CHAPTERS = {
+    "dynamics": "physics.dynamics",
+    "backstepping": "physics.backstepping",
+    "nussbaum": "physics.nussbaum",
+    "differentiator": "physics.differentiators",
+    "saturation": "physics.saturation",
+    "allocation": "physics.thruster_allocation",
+    "layout": "campaign.thruster_layout",
+    "closed_loop": "simulation.closed_loop",
+    "flight": "simulation.flight",
+    "rk4": "simulation.rk4",
+    "streams": "stats.random_streams",
+    "noise": "physics.noise",
+    "margins": "simulation.temporal_margins",
+    "signals": "simulation.signals",
+}
+"""Name of a page → the module whose docstring it shows: modules with equations that belong to no family."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +87,8 @@ def pages_called(name: str) -> list[Page]:
     section = fields.get(name)
     found = [one for one in pages if name in (one.name, one.family)]
     found += [one for one in pages if one.family == "metrics" and one not in found and _gives(one, name)]
-    chapters = {chapter.rpartition(".")[2]: f"{HERE}.{chapter}" for chapter in CHAPTERS}
-    if name in chapters:
-        origin = chapters[name]
+    if name in CHAPTERS:
+        origin = f"{HERE}.{CHAPTERS[name]}"
         found.insert(0, Page("chapter", name, origin, inspect.getdoc(import_module(origin)) or "", ()))
     laws = forms()
     if name in laws:

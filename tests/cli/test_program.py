@@ -16,6 +16,7 @@ from types import SimpleNamespace
 import pytest
 
 from rvjax.cli import _app
+from rvjax.components import manual
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
 from tests.program import Run
@@ -190,7 +191,7 @@ def test_manual_pages(rvjax: Run) -> None:
         "gravity-gradient",
         "hard-clip",
     } <= set(names)
-    for name in (*names, "settling_time_s", "faults", "horizon", "dynamics", "uniform", "ball"):
+    for name in (*names, *manual.CHAPTERS, "settling_time_s", "faults", "horizon", "dynamics", "uniform", "ball"):
         code, out, _ = rvjax("explain", name)
         assert (code, bool(out.strip())) == (0, True), name
     code, _, err = rvjax("explain", "efectiveness")

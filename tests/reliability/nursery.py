@@ -165,7 +165,7 @@ def serve() -> None:
         "execution.run",
         "report",
         "analysis.verdicts",
-        "cli._fly_and_judge",
+        "cli.run",
         "report.sections.worst",
         "report.run_view",
     ):

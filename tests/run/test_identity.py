@@ -15,6 +15,7 @@ ROOT = Path(rvjax.__file__).parent
 ENTRY = (*(part for part in FLYING if part != "stats/random_streams.py"),)
 WITHOUT_NUMBERS = {
     "errors.py": "messages",
+    "cores.py": "the number of cores; which core flies a chunk changes no bit",
     "columns.py": "names, units and meanings of columns",
     "components/registry.py": "finds a member by its name",
     "stats/__init__.py": "bounds and tests: they refuse a requirement that cannot be decided, and judge the others",
