@@ -98,7 +98,7 @@ def pages_called(name: str) -> list[Page]:
         if inspect.isclass(form) and issubclass(form, Model):
             found.append(Page("campaign file", name, HERE, inspect.getdoc(form) or "", tuple(_rows(form))))
     if not found:
-        known = {one.name for one in pages} | fields.keys() | laws.keys() | chapters.keys()
+        known = {one.name for one in pages} | fields.keys() | laws.keys() | CHAPTERS.keys()
         known |= {row[0].partition(".")[0] for one in pages if one.family == "metrics" for row in one.rows}
         near = ", ".join(difflib.get_close_matches(name, known, n=3))
         raise UsageError(f"{name}: nothing is called so; {f'did you mean {near}?' if near else 'see `rvjax list`'}")
