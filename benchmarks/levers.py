@@ -179,7 +179,7 @@ def written(code: str, problem: Any) -> Callable[..., Any]:
     step = jax.vmap(partial(flight.step, evaluate, metrics), in_axes=(0, 0, None))
 
     def advance(drawn: Any, carry: Any, first: Any, last: Any) -> Any:
-        carry = carry._replace(folds=carry.folds[: len(metrics)])
+        carry = carry._replace(accumulators=carry.accumulators[: len(metrics)])
         if code != "packed":
             return jax.lax.fori_loop(first, last, lambda k, now: step(drawn, now, k), carry)
         leaves, structure = jax.tree.flatten(carry)

@@ -211,7 +211,7 @@ def _signals(problem: Problem, carry: Carry) -> list[str]:
     """Of each pair the number that differs most between its two lanes, measured by its largest value in any lane; empty where all
     are the same to the last bit. Numbers of the state go before those of the metrics."""
     found = [""] * (LANES // 2)
-    folds = {next(iter(metric.columns)): own for metric, own in zip(problem.metrics, carry.folds, strict=True)}
+    folds = {next(iter(metric.columns)): own for metric, own in zip(problem.metrics, carry.accumulators, strict=True)}
     for part in (carry.y, folds, {"lost_s": carry.lost_s}):
         paths, leaves = zip(*jax.tree_util.tree_flatten_with_path(part)[0], strict=True)
         shares = np.stack([_shares(leaf) for leaf in leaves])

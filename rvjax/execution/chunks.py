@@ -54,7 +54,9 @@ class ChunkRunner:
         draws, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES, dtype=np.int64))
         envelope, places = chunk < ENVELOPE_CHUNKS, devices()
         every = _every(problem) if envelope else max(_every(problem), STRETCH)
-        flown = self.flyer.fly(drawn, problem.spec.horizon.steps, every, envelope, device=places[chunk % len(places)])
+        flown = self.flyer.fly(
+            drawn, problem.spec.horizon.steps, every, with_envelope=envelope, device=places[chunk % len(places)]
+        )
         return ChunkResult(chunk, self._files(chunk, draws, flown))
 
     def _files(self, chunk: int, draws: Draws, flown: Flown) -> tuple[DataFile, ...]:

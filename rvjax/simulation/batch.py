@@ -1,11 +1,11 @@
 """Many samples at once: the only module that knows of jit, vmap, devices and chunks.
 
-A chunk is a fixed number of lanes, one sample each, flown on one device. One compiled program flies every chunk, several threads
-fly chunks beside each other; what a chunk gives depends on its own numbers only. The compiled functions advance a chunk from one
-step number to another, so a flight, its envelope and its replay run the very same code.
+A chunk is a fixed number of lanes on a single device; each lane flies a sample. The same compiled program flies every chunk, and
+several threads fly chunks in parallel. The result of a chunk depends on its numbers only. The compiled functions advance a chunk
+between two step numbers, so a flight, its envelope and its replay run the same code.
 
-A CPU is one device to XLA, and its cores fly chunks of their own by a thread each: as fast as one XLA device a core, which would
-compile everything once a core (docs/performance.md).
+To XLA a CPU is a single device. A thread per core flies chunks on it: as fast as an XLA device per core, which would compile
+everything once per core (docs/performance.md).
 """
 
 from __future__ import annotations
@@ -29,12 +29,11 @@ from rvjax.simulation.closed_loop import Drawn, Loop
 from rvjax.simulation.flight import Carry, EnvelopePoint
 
 LANES = 416
-"""Samples of one chunk. A constant, because the last bits of a result may depend on it.
+"""Samples of a chunk. A constant, because the last bits of a result may depend on it.
 
-Whole vector registers, and arrays whose length is no power of two: those would all begin in the same few sets of the L1 cache.
-More lanes fly up to 8 % faster, but the first chunk waits longer and cores idle at the end of a run; docs/performance.md.
+It fills whole vector registers. It is no power of two: such arrays would all begin in the same few sets of the L1 cache. More
+lanes fly up to 8 % faster, but the first chunk takes longer and cores idle at the end of a run; docs/performance.md.
 """
-
 
 Device = Any
 """A device of JAX."""
@@ -43,27 +42,29 @@ Device = Any
 class Flown(NamedTuple):
     """values: metric → (samples,). lost_s: time at which a flight stopped being finite, +∞ if never.
 
-    glances: one per observed instant, of every sample. steps: one per observed instant, of the samples that were traced.
+    envelope: a point per observed instant, of every sample. steps: a Step per observed instant, of the traced samples.
     """
 
     values: Mapping[str, NDArray[np.float64]]
     lost_s: NDArray[np.float64]
-    glances: list[EnvelopePoint]
+    envelope: list[EnvelopePoint]
     steps: list[Step]
 
 
 class Programs(NamedTuple):
-    """The compiled functions of one device, for chunks of one number of lanes."""
+    """The compiled functions of a device, for chunks of a fixed number of lanes."""
 
     begin: Callable[[Any], tuple[Drawn, Carry]]
     advance: Callable[..., Any]
-    glance: Callable[..., Any]
+    envelope_point: Callable[..., Any]
     finish: Callable[..., Any]
 
 
 class Flyer:
-    """Flies chunks of one structure and one number of lanes. Compiles once a device, whatever the numbers are; may be used by
-    several threads at a time."""
+    """Flies chunks of the same structure and number of lanes. Compiles once per device, whatever the numbers are.
+
+    Several threads may use it at a time.
+    """
 
     def __init__(self, loop: Loop, metrics: tuple[Metric, ...]) -> None:
         evaluate = jax.jit(partial(closed_loop.evaluate, loop))  # traced once for the four stages of a step
@@ -76,7 +77,7 @@ class Flyer:
 
         self._begin = jax.jit(unpacked, static_argnums=0)
         self._advance = compiled(partial(flight.advance, evaluate, metrics), 0, 0, None, None, donate=(1,))
-        self._glance = compiled(partial(flight.glance, evaluate), 0, 0, None)
+        self._envelope_point = compiled(partial(flight.envelope_point, evaluate), 0, 0, None)
         self._finish = compiled(partial(flight.finish, evaluate, metrics), 0, 0, None)
         self._observe = compiled(partial(flight.observe, evaluate), 0, 0, None)
         self._programs: dict[Device, Programs] = {}
@@ -88,24 +89,25 @@ class Flyer:
         drawn: Drawn,
         steps: int,
         every: int,
-        glance: bool = False,
+        *,
+        with_envelope: bool = False,
         trace: Sequence[int] = (),
         device: Device | None = None,
     ) -> Flown:
         """Flies a chunk to its end.
 
-        drawn: host numbers, each of shape (lanes,). every: steps between two observed instants, the last step always among them.
-        glance: keep glances. trace: positions of the samples of which every observed step is kept. device: the first by default.
-        Raises CancelledError after `stop`.
+        drawn: host numbers, each of shape (lanes,). every: steps between two observed instants; the last step is always observed.
+        with_envelope: keep the points of the envelopes. trace: positions of the samples whose observed steps are kept. device:
+        the first by default. Raises CancelledError after `stop`.
         """
         programs, numbers, carry = self._begun(drawn, device or devices()[0])
-        glances: list[EnvelopePoint] = []
+        envelope: list[EnvelopePoint] = []
         kept: list[Step] = []
         chosen = np.asarray(trace, dtype=np.int64)
 
         def observe(k: int) -> None:
-            if glance:
-                glances.append(programs.glance(numbers, carry, k))
+            if with_envelope:
+                envelope.append(programs.envelope_point(numbers, carry, k))
             if len(chosen):
                 kept.append(jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], self._observe(numbers, carry, k)))
 
@@ -117,11 +119,11 @@ class Flyer:
         observe(steps)
         values, lost = programs.finish(numbers, carry, steps)
         host = partial(np.asarray, dtype=np.float64)
-        return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, glances), kept)
+        return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, envelope), kept)
 
     def watch(self, drawn: Drawn, instants: Sequence[int], look: Callable[[Drawn, Carry], bool]) -> None:
-        """Flies a chunk for `look`, which gets the numbers as the compiled program has them, and the carry, at these steps; it
-        says whether to go on."""
+        """Flies a chunk and calls look(numbers, carry) at these steps, with the numbers of the compiled program. It ends where
+        `look` returns False."""
         programs, numbers, carry = self._begun(drawn, devices()[0])
         for first, last in pairwise((0, *instants)):
             carry = programs.advance(numbers, carry, first, last)
@@ -131,17 +133,17 @@ class Flyer:
     def _begun(self, drawn: Drawn, device: Device) -> tuple[Programs, Drawn, Carry]:
         """The programs of a device, and a chunk at t = 0."""
         leaves, structure = jax.tree.flatten(drawn)
-        rows = jax.device_put(np.asarray(leaves, dtype=jax_config.precision()), device)  # one transfer, where 150 would take 6 ms
+        rows = jax.device_put(np.asarray(leaves, dtype=jax_config.precision()), device)  # a single transfer; 150 would take 6 ms
         programs = self._compiled(device, structure, rows)
         return programs, *programs.begin(rows)
 
     def stop(self) -> None:
-        """Ends every flight of this flyer soon, in whatever thread it is."""
+        """Ends all flights of this flyer soon, in all threads."""
         self._stopped.set()
 
     def _compiled(self, device: Device, structure: Any, rows: Any) -> Programs:
-        """The programs of a device; other threads wait, so that nothing is compiled twice. Compiling, which uses other threads
-        than tracing, goes on beside the tracing of the next program."""
+        """The programs of a device. Other threads wait, so nothing is compiled twice. A program compiles in the background while
+        the next is traced."""
         with self._compiling:
             if device not in self._programs:
                 begin = self._begin.lower(structure, rows)
@@ -151,20 +153,20 @@ class Flyer:
                 with ThreadPoolExecutor(len(Programs._fields)) as threads:
                     first = threads.submit(begin.compile)
                     advance = threads.submit(self._advance.lower(numbers, carry, 0, 0).compile)
-                    glance = threads.submit(self._glance.lower(numbers, carry, 0).compile)
+                    point = threads.submit(self._envelope_point.lower(numbers, carry, 0).compile)
                     finish = threads.submit(self._finish.lower(numbers, carry, 0).compile)
-                self._programs[device] = Programs(first.result(), advance.result(), glance.result(), finish.result())
+                self._programs[device] = Programs(first.result(), advance.result(), point.result(), finish.result())
             return self._programs[device]
 
 
 class Tangents:
-    """Flies chunks with the derivative of one metric along a change of the numbers, forward through the whole closed loop:
+    """Flies chunks with the derivative of a metric along a change of the numbers, in forward mode through the closed loop:
 
     m(n),  d/dε m(n + ε ṅ) at ε = 0
     """
 
     def __init__(self, loop: Loop, metric: Metric, name: str) -> None:
-        """name: of the column of the metric that is differentiated."""
+        """name: column of the metric that is differentiated."""
         evaluate = partial(closed_loop.evaluate, loop)
 
         def value(drawn: Drawn, steps: Any) -> Any:
@@ -177,19 +179,22 @@ class Tangents:
         self._along = compiled(along, 0, 0, None)
 
     def fly(self, drawn: Drawn, tangent: Drawn, steps: int) -> NDArray[np.float64]:
-        """(n,) derivatives; host numbers, each of shape (n,), flown in chunks of LANES, the last one filled up."""
+        """(n,) derivatives. drawn, tangent: host numbers, each of shape (n,). Flown in chunks of LANES; the last is padded."""
         precision, count = jax_config.precision(), len(jax.tree.leaves(drawn)[0])
-        found: list[NDArray[np.float64]] = []
+        slopes: list[NDArray[np.float64]] = []
         for first in range(0, count, LANES):
             lanes = np.arange(first, first + LANES) % count
             rows = [jax.tree.map(lambda x, lanes=lanes: np.asarray(x, dtype=precision)[lanes], side) for side in (drawn, tangent)]
-            found.append(np.asarray(self._along(*rows, steps)[1], dtype=np.float64)[: count - first])
-        return np.concatenate(found)
+            slopes.append(np.asarray(self._along(*rows, steps)[1], dtype=np.float64)[: count - first])
+        return np.concatenate(slopes)
 
 
 def compiled(function: Callable[..., Any], *axes: int | None, donate: tuple[int, ...] = ()) -> Any:
-    """A function of one sample as a compiled one of many. axes: 0 for an argument of which every sample has its own, None for one
-    that all share. donate: arguments whose memory the results may take."""
+    """The compiled function of many samples, from a function of a single sample.
+
+    axes: per argument, 0 if it has an entry per sample, None if all samples share it. donate: arguments whose memory the results
+    may reuse.
+    """
     return jax.jit(jax.vmap(function, in_axes=axes), donate_argnums=donate)
 
 
@@ -199,5 +204,5 @@ def devices() -> list[Device]:
 
 
 def streams() -> int:
-    """How many chunks to fly beside each other: one a core, or two a device, so that the host's work hides behind flying."""
+    """How many chunks to fly in parallel: a thread per core of a CPU, else two per device so that the host works meanwhile."""
     return cores() if devices()[0].platform == "cpu" else 2 * len(devices())

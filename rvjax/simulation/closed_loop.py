@@ -1,16 +1,16 @@
 """The closed loop: navigation ▸ controller ▸ saturation ▸ faults ▸ (+ disturbances) ▸ dynamics, for one sample at one instant.
 
-ẏ = rate(t, y),   y = (relative motion, target motion, the controller's own state)
+ẏ = rate(t, y),   y = (relative motion, target motion, state of the controller)
 u = F(t, h(v)),   total wrench = u + d(t, y)
-u = B F(t, f),  f = x f_max,  x = allocation(h(v))    where thrusters fly
+u = B F(t, f),  f = x f_max,  x = allocation(h(v))    with thrusters
 
-Thrusts follow the command at every instant, as the six channels do; a controller with a period holds both. The bounded problem
-is solved where a step begins and followed from there (`thruster_allocation`). Allocation knows the nominal thrusters: what it
-opens is a share x of each, and the drawn largest thrust f_max (modulated valves) and the faults come after it. Behind the faults
-too a thrust lies between 0 and f_max: no thruster pulls, none gives more than all.
+Thrusts follow the command at every instant, as the six channels do. A controller with a period holds both. The bounded problem
+is solved at the start of a step; within the step its solution is updated (`thruster_allocation`). The allocation knows only the
+nominal thrusters: it opens each by a share x. The drawn largest thrust f_max (modulated valves) and the faults come after it.
+After the faults too a thrust lies between 0 and f_max.
 
-Faults, disturbances and navigation errors may have a memory, and a controller may be sampled: all of that is renewed where a step
-begins and held during the step, so that every stage of the integration sees the same smooth right-hand side.
+Faults, disturbances and navigation errors may have a memory, and a controller may be sampled. All of this is updated at the start
+of a step and held during the step, so every stage of the integration sees the same smooth right-hand side.
 """
 
 from __future__ import annotations
@@ -34,10 +34,9 @@ from rvjax.physics.vectors import Channels, Scalar, Thrusts, Vector, cross, each
 
 
 class Loop(NamedTuple):
-    """Structure: which functions close the loop. Fixed when the flight is compiled.
+    """Structure: the functions that close the loop. Fixed when the flight is compiled.
 
-    sampling: steps between two instants at which the controller looks and commands; 0: it acts continuously. gear: of thrusters,
-    where they fly.
+    sampling: steps between two instants of a sampled controller; 0: it is continuous. gear: the thrusters, None without them.
     """
 
     controller: Controller
@@ -50,7 +49,7 @@ class Loop(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """Numbers: everything about one sample. upper, lower: nominal limits, which the controller may know."""
+    """Numbers: all drawn values of a sample. upper, lower: nominal limits, which the controller may know."""
 
     plant: Plant
     motion: Motion
@@ -65,7 +64,7 @@ class Drawn(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """What a sampled controller saw at its last instant, and its command v from then on."""
+    """The measurement of a sampled controller at its last instant, and its command v since then."""
 
     t: Scalar
     motion: Motion
@@ -74,8 +73,11 @@ class Sampled(NamedTuple):
 
 
 class Held(NamedTuple):
-    """What is renewed where a step begins and held during it: the memories of the components, in the order of the campaign, what
-    a sampled controller goes by (empty where it acts continuously), and what the allocation led to there (empty without)."""
+    """Values that are updated at the start of a step and held during it.
+
+    faults, disturbances, navigation: memories of the components, in the order of the campaign. control: the last sample of a
+    sampled controller, empty if it is continuous. solved: the solution of the allocation, empty without thrusters.
+    """
 
     faults: tuple[Any, ...]
     disturbances: tuple[Any, ...]
@@ -85,18 +87,18 @@ class Held(NamedTuple):
 
 
 def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
-    """y(0): σ by its MRP of norm ≤ 1, the controller started on what it sees; and what is held before the first step begins."""
+    """y(0) with |σ| ≤ 1 and the controller started on its first measurement; the held values before the first step."""
     motion = first = drawn.motion._replace(sigma=shadow(drawn.motion.sigma))
     zero = drawn.plant.upper * 0.0
-    idle = able(drawn.plant) * 0.0
+    idle = true_limits(drawn.plant) * 0.0
     tick = Tick(0, drawn.context.step_s * 0.0, drawn.context.step_s)
     navigation: list[Any] = []
-    for one, own in zip(loop.navigation, drawn.navigation, strict=True):
-        navigation.append(one.start(first, own))
-        first = one.see(tick.t, first, one.keep(tick, first, navigation[-1], own), own)
+    for error, numbers in zip(loop.navigation, drawn.navigation, strict=True):
+        navigation.append(error.start(first, numbers))
+        first = error.see(tick.t, first, error.keep(tick, first, navigation[-1], numbers), numbers)
     held = Held(
-        faults=tuple(fault.start(idle, own) for fault, own in zip(loop.faults, drawn.faults, strict=True)),
-        disturbances=tuple(one.start(own) for one, own in zip(loop.disturbances, drawn.disturbances, strict=True)),
+        faults=tuple(fault.start(idle, numbers) for fault, numbers in zip(loop.faults, drawn.faults, strict=True)),
+        disturbances=tuple(d.start(numbers) for d, numbers in zip(loop.disturbances, drawn.disturbances, strict=True)),
         navigation=tuple(navigation),
         control=Sampled(tick.t, first, drawn.target, zero) if loop.sampling else (),
         solved=loop.gear.allocation.idle(zero) if loop.gear is not None else (),
@@ -106,20 +108,20 @@ def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
 
 
 def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Tick | None = None) -> tuple[State, Step, Held]:
-    """(ẏ, everything at this instant, what is held). tick: where a step begins, what is held is renewed before it is used."""
+    """(ẏ, the step at this instant, held values). tick: at the start of a step; the held values are then updated before use."""
     plant = drawn.plant
     alpha_t = alpha(y.target, plant)
     motion, navigation = measured(loop, drawn, t, y.motion, held.navigation, tick)
     view = measurement(t, motion, y.target, alpha_t, drawn)
     actuators = partial(saturate, loop.saturation, upper=plant.upper, lower=plant.lower)
-    response, control = commands(loop, drawn, view, y.control, actuators, held.control, tick)
+    response, control = commands(loop, drawn, view, y.control, actuators, held.control, tick=tick)
 
     commanded, _ = actuators(response.command)
     applied, thrusts, faults, solved = actuated(loop, drawn, t, commanded, held, tick)
     known = relative(y.motion, y.target, alpha_t, plant.port)
-    disturbance, disturbances = pushes(loop, drawn, t, y, known, held.disturbances, tick)
+    disturbance, disturbances = disturbance_sum(loop, drawn, t, y, known, held.disturbances, tick=tick)
 
-    moment = applied.torque - cross(plant.centre, applied.force)  # of the same forces, about the centre of mass
+    moment = applied.torque - cross(plant.centre, applied.force)  # about the centre of mass
     rate = State(
         motion=motion_rate(y.motion, known, plant, Channels(applied.force, moment) + disturbance),
         target=target_rate(y.target, alpha_t),
@@ -136,7 +138,7 @@ def alpha(target: TargetMotion, plant: Plant) -> Vector:
 
 
 def measurement(t: Scalar, motion: Motion, target: TargetMotion, alpha_t: Vector, drawn: Drawn) -> Measurement:
-    """What the controller gets: the measured motion and what a cooperative target sends."""
+    """The input of the controller: the measured motion and the data that a cooperative target sends."""
     return Measurement(t, motion, target, alpha_t, drawn.plant.port, drawn.upper, drawn.lower)
 
 
@@ -145,19 +147,19 @@ def measured(
 ) -> tuple[Motion, tuple[Any, ...]]:
     """The motion after every navigation error in turn, in the order of the campaign, and the memories."""
     kept: list[Any] = []
-    for one, own, memory in zip(loop.navigation, drawn.navigation, memories, strict=True):
-        now = memory if tick is None else one.keep(tick, motion, memory, own)
-        motion = one.see(t, motion, now, own)
+    for error, numbers, memory in zip(loop.navigation, drawn.navigation, memories, strict=True):
+        now = memory if tick is None else error.keep(tick, motion, memory, numbers)
+        motion = error.see(t, motion, now, numbers)
         kept.append(now)
     return motion, tuple(kept)
 
 
 def commands(
-    loop: Loop, drawn: Drawn, view: Measurement, state: Any, actuators: Any, control: Sampled | tuple[()], tick: Tick | None
+    loop: Loop, drawn: Drawn, view: Measurement, state: Any, actuators: Any, control: Sampled | tuple[()], *, tick: Tick | None
 ) -> tuple[Response, Sampled | tuple[()]]:
-    """The controller's response to what it sees now, or to what it saw at its last instant (zero-order hold).
+    """The controller's response to the present measurement, or to that of its last instant (zero-order hold).
 
-    Between two instants a sampled controller goes on integrating its own state with the measurement of the last one.
+    Between two instants a sampled controller integrates its state with the last measurement.
     """
     if not isinstance(control, Sampled):
         return loop.controller.respond(view, state, actuators, drawn.gains), control
@@ -173,52 +175,52 @@ def commands(
     return response._replace(command=command), last._replace(command=command)
 
 
-def able(plant: Plant) -> Any:
-    """What every fault takes as the true limit of an actuator: the largest thrusts, or the upper limits of the channels."""
+def true_limits(plant: Plant) -> Any:
+    """The true limits of the actuators: the largest thrusts, or the upper limits of the channels."""
     return plant.thrust if isinstance(plant.thrust, Thrusts) else plant.upper
 
 
 def actuated(
     loop: Loop, drawn: Drawn, t: Scalar, commanded: Channels, held: Held, tick: Tick | None
 ) -> tuple[Channels, Thrusts | tuple[()], tuple[Any, ...], Any]:
-    """(applied wrench, thrusts behind the faults, memories of the faults, that of the allocation) from the commanded wrench."""
+    """(applied wrench, thrusts after the faults, memories of the faults, solution of the allocation)."""
     most = drawn.plant.thrust
     if loop.gear is None or not isinstance(most, Thrusts):
-        applied, faults = behind_faults(loop, drawn, t, commanded, held.faults, tick)
+        applied, faults = after_faults(loop, drawn, t, commanded, held.faults, tick)
         return applied, (), faults, held.solved
     allocation = loop.gear.allocation
     solved = held.solved if tick is None else allocation.solve(commanded)
     opened = allocation.follow(commanded, solved) * most
-    failed, faults = behind_faults(loop, drawn, t, opened, held.faults, tick)
+    failed, faults = after_faults(loop, drawn, t, opened, held.faults, tick)
     thrusts = each(lambda f, top: jnp.clip(f, 0.0, top), failed, most)
     return loop.gear.wrench(thrusts), thrusts, faults, solved
 
 
-def behind_faults(
+def after_faults(
     loop: Loop, drawn: Drawn, t: Scalar, wrench: Any, memories: tuple[Any, ...], tick: Tick | None
 ) -> tuple[Any, tuple[Any, ...]]:
     """The wrench, or the thrusts, after every fault in turn, in the order of the campaign, and the memories."""
-    limit = able(drawn.plant)
+    limit = true_limits(drawn.plant)
     kept: list[Any] = []
-    for fault, own, memory in zip(loop.faults, drawn.faults, memories, strict=True):
-        now = memory if tick is None else fault.keep(tick, wrench, memory, own)
-        wrench = fault.act(t, wrench, now, limit, own)
+    for fault, numbers, memory in zip(loop.faults, drawn.faults, memories, strict=True):
+        now = memory if tick is None else fault.keep(tick, wrench, memory, numbers)
+        wrench = fault.act(t, wrench, now, limit, numbers)
         kept.append(now)
     return wrench, tuple(kept)
 
 
-def pushes(
-    loop: Loop, drawn: Drawn, t: Scalar, y: State, known: Any, memories: tuple[Any, ...], tick: Tick | None
+def disturbance_sum(
+    loop: Loop, drawn: Drawn, t: Scalar, y: State, known: Any, memories: tuple[Any, ...], *, tick: Tick | None
 ) -> tuple[Channels, tuple[Any, ...]]:
     """The sum of the disturbances, and the memories."""
     total, kept = drawn.plant.upper * 0.0, list[Any]()
-    for one, own, memory in zip(loop.disturbances, drawn.disturbances, memories, strict=True):
-        now = memory if tick is None else one.keep(tick, y, memory, own)
-        total = total + one.push(t, y, known, drawn.plant, now, own)
+    for disturbance, numbers, memory in zip(loop.disturbances, drawn.disturbances, memories, strict=True):
+        now = memory if tick is None else disturbance.keep(tick, y, memory, numbers)
+        total = total + disturbance.push(t, y, known, drawn.plant, now, numbers)
         kept.append(now)
     return total, tuple(kept)
 
 
 def between_steps(y: State) -> State:
-    """The MRP shadow switch σ → −σ/|σ|² where |σ| > 1: between steps, never inside one."""
+    """The MRP shadow switch σ → −σ/|σ|² where |σ| > 1: between steps, never within a step."""
     return y._replace(motion=y.motion._replace(sigma=shadow(y.motion.sigma)))

@@ -1,8 +1,8 @@
-"""A flight: RK4 over the closed loop with metric folds, for one sample.
+"""A flight: RK4 over the closed loop with the accumulators of the metrics, for a single sample.
 
     y_{k+1} = switch(rk4(y_k)),   acc_{k+1} = update(acc_k, step(t_k, y_k), weight_k),   t_k = k h
 
-A flight is begun, advanced from step to step as far as wanted, and finished; where it is interrupted changes nothing.
+A flight is begun, advanced step by step, and finished. Where it is interrupted changes no bit.
 """
 
 from __future__ import annotations
@@ -20,16 +20,18 @@ from rvjax.simulation import closed_loop, rk4
 from rvjax.simulation.closed_loop import Drawn, Held
 
 Evaluate = Callable[[Drawn, Scalar, State, Held, Tick | None], tuple[State, Step, Held]]
-"""(numbers, t, y, held, tick) → (ẏ, everything at this instant, held): the closed loop."""
+"""The closed loop: (numbers, t, y, held, tick) → (ẏ, step, held)."""
 
 
 class Carry(NamedTuple):
-    """State, what was held during the step before, accumulators of the metrics, and the first instant at which the state was not
-    finite (+∞: never)."""
+    """What passes from step to step.
+
+    held: values held during the step before. lost_s: first instant at which the state was not finite, +∞ if never.
+    """
 
     y: State
     held: Held
-    folds: tuple[Any, ...]
+    accumulators: tuple[Any, ...]
     lost_s: Scalar
 
 
@@ -46,8 +48,8 @@ class EnvelopePoint(NamedTuple):
 def begin(loop: closed_loop.Loop, metrics: tuple[Metric, ...], drawn: Drawn) -> Carry:
     """The carry at t = 0."""
     y, held = closed_loop.start(loop, drawn)
-    folds = tuple(metric.start(drawn.context) for metric in metrics)
-    carry = Carry(y, held, folds, jnp.where(finite(y), jnp.inf, 0.0))
+    accumulators = tuple(metric.start(drawn.context) for metric in metrics)
+    carry = Carry(y, held, accumulators, jnp.where(finite(y), jnp.inf, 0.0))
     return jax.tree.map(lambda x: jnp.asarray(x, drawn.context.step_s.dtype), carry)
 
 
@@ -60,29 +62,29 @@ def step(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: C
     """The carry at step k + 1 from the carry at step k."""
     h = drawn.context.step_s
     t = k * h
-    rate, now, held = opened(evaluate, drawn, carry, k)
+    rate, now, held = step_start(evaluate, drawn, carry, k)
     weight = h * jnp.where(k == 0, 0.5, 1.0)
-    folds = fold(metrics, carry.folds, now, weight, drawn)
+    accumulators = accumulate(metrics, carry.accumulators, now, weight, drawn)
     y = rk4.step(lambda s, x: evaluate(drawn, s, x, held, None)[0], t, carry.y, h, rate)
     y = closed_loop.between_steps(y)
     lost = jnp.minimum(carry.lost_s, jnp.where(finite(y), jnp.inf, t + h))
-    return Carry(y, held, folds, lost)
+    return Carry(y, held, accumulators, lost)
 
 
-def opened(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> tuple[State, Step, Held]:
-    """(ẏ, everything, what is held) where step k begins. Where nothing is held there is nothing to renew."""
+def step_start(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> tuple[State, Step, Held]:
+    """(ẏ, step, held values) at the start of step k. Without held values there is nothing to update."""
     h = drawn.context.step_s
     tick = Tick(k, k * h, h) if jax.tree.leaves(carry.held) else None
     return evaluate(drawn, k * h, carry.y, carry.held, tick)
 
 
 def observe(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> Step:
-    """Everything at step k."""
-    return opened(evaluate, drawn, carry, k)[1]
+    """The Step k: all values at its instant."""
+    return step_start(evaluate, drawn, carry, k)[1]
 
 
-def glance(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> EnvelopePoint:
-    """What envelopes over time show of step k."""
+def envelope_point(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> EnvelopePoint:
+    """The point of the envelopes at step k."""
     now = observe(evaluate, drawn, carry, k)
     motion = now.motion
     return EnvelopePoint(norm(motion.rho), norm(motion.nu), norm(motion.sigma), norm(motion.omega), now.commanded)
@@ -91,18 +93,20 @@ def glance(evaluate: Evaluate, drawn: Drawn, carry: Carry, k: Scalar) -> Envelop
 def finish(
     evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: Carry, k: Scalar
 ) -> tuple[Mapping[str, Scalar], Scalar]:
-    """The metrics' values after step k, the last, and the time at which the flight was lost (+∞: never)."""
+    """The values of the metrics after the last step k, and the time at which the flight was lost (+∞: never)."""
     weight = 0.5 * drawn.context.step_s
-    folds = fold(metrics, carry.folds, observe(evaluate, drawn, carry, k), weight, drawn)
+    accumulators = accumulate(metrics, carry.accumulators, observe(evaluate, drawn, carry, k), weight, drawn)
     values: dict[str, Scalar] = {}
-    for metric, acc in zip(metrics, folds, strict=True):
+    for metric, acc in zip(metrics, accumulators, strict=True):
         values |= metric.finish(acc, drawn.context)
     return values, carry.lost_s
 
 
-def fold(metrics: tuple[Metric, ...], folds: tuple[Any, ...], now: Step, weight: Scalar, drawn: Drawn) -> tuple[Any, ...]:
-    """Every metric's accumulator after one more instant."""
-    return tuple(m.update(acc, now, weight, drawn.context) for m, acc in zip(metrics, folds, strict=True))
+def accumulate(
+    metrics: tuple[Metric, ...], accumulators: tuple[Any, ...], now: Step, weight: Scalar, drawn: Drawn
+) -> tuple[Any, ...]:
+    """The accumulator of each metric after another instant."""
+    return tuple(m.update(acc, now, weight, drawn.context) for m, acc in zip(metrics, accumulators, strict=True))
 
 
 def finite(y: State) -> Scalar:

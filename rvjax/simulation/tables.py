@@ -34,23 +34,23 @@ ENVELOPE = {
 
 
 def samples_table(problem: Problem, draws: Draws, flown: Flown, rows: slice) -> tuple[pd.DataFrame, dict[str, Column]]:
-    """One row per sample: outcome, draws and metrics; rows: which samples of the flown ones.
+    """A row per sample: outcome, draws and metrics. rows: which of the flown samples.
 
-    captured: both tubes held over the closing window. not_finite: a number of the state stopped being finite; its metrics are
-    NaN (captured: 0). not_settled: everything else.
+    Outcomes. captured: both tubes hold over the closing window. not_finite: the state stopped being finite; the metrics are NaN
+    (captured: 0). not_settled: all other flights.
     """
-    came = outcomes(flown, problem.spec.horizon.duration_s)
+    results = outcomes(flown, problem.spec.horizon.duration_s)
     frame = pd.DataFrame(
-        {"sample": draws.samples[rows], **{name: came[name][rows] for name in ("outcome", OUTCOME_TIME.name)}}
+        {"sample": draws.samples[rows], **{name: results[name][rows] for name in ("outcome", OUTCOME_TIME.name)}}
         | {f"draw.{name}": array[rows] for name, array in draws.values.items()}
-        | {f"metric.{name}": came[f"metric.{name}"][rows] for name in problem.metric_columns}
+        | {f"metric.{name}": results[f"metric.{name}"][rows] for name in problem.metric_columns}
     )
     columns = {OUTCOME_TIME.name: OUTCOME_TIME} | {f"draw.{name}": column for name, column in draws.columns.items()}
     return frame, columns | {f"metric.{name}": column for name, column in problem.metric_columns.items()}
 
 
 def outcomes(flown: Flown, duration_s: float | NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-    """The columns of the samples table that are no draws, as in `samples_table`, of every lane."""
+    """The outcomes and metrics of `samples_table`, of every lane."""
     values, finite = flown.values, np.isinf(flown.lost_s)
     captured = values["captured"] > 0.5
     settled = np.maximum(values["settling_time_s"], values["attitude_settling_time_s"])
@@ -62,13 +62,13 @@ def outcomes(flown: Flown, duration_s: float | NDArray[np.float64]) -> dict[str,
 
 
 def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np.int64], rows: slice) -> pd.DataFrame:
-    """One row per sample and instant, sample by sample; columns: `ENVELOPE`."""
+    """A row per sample and instant, sample by sample; columns: `ENVELOPE`."""
     stacked = {
-        "rho_m": [g.rho for g in flown.glances],
-        "nu_m_s": [g.nu for g in flown.glances],
-        "sigma": [g.sigma for g in flown.glances],
-        "omega_rad_s": [g.omega for g in flown.glances],
-    } | {f"cmd_{name}": [g.commanded.parts()[i] for g in flown.glances] for i, name in enumerate(CHANNELS)}
+        "rho_m": [point.rho for point in flown.envelope],
+        "nu_m_s": [point.nu for point in flown.envelope],
+        "sigma": [point.sigma for point in flown.envelope],
+        "omega_rad_s": [point.omega for point in flown.envelope],
+    } | {f"cmd_{name}": [point.commanded.parts()[i] for point in flown.envelope] for i, name in enumerate(CHANNELS)}
     kept = samples[rows]
     columns = {name: np.stack(series)[:, rows].T.ravel() for name, series in stacked.items()}
     return pd.DataFrame({"sample": np.repeat(kept, len(times)), "t_s": np.tile(times, len(kept))} | columns)
@@ -77,14 +77,14 @@ def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np
 def trace_table(
     steps: list[Step], position: int, signals: Mapping[str, Column], measured: bool
 ) -> tuple[pd.DataFrame, dict[str, Column]]:
-    """One row per observed step of one traced sample, everything in SI; frames as in `rvjax.physics.state`.
+    """A row per observed step of a traced sample, in SI; frames as in `rvjax.physics.state`.
 
-    signals: the controller's. measured: with the motion as it is measured beside the true one.
+    signals: of the controller. measured: include the measured motion.
     """
     first = steps[0]
-    shape = first.motion.rho.x.shape  # the time is that of all samples
-    found = recorded(signals, first.report.signals, measured, len(thrusts(first)))
+    shape = first.motion.rho.x.shape  # all samples share the time
+    columns = recorded(signals, first.report.signals, measured, len(thrusts(first)))
     data = {
-        name: np.array([np.broadcast_to(signal.get(step), shape)[position] for step in steps]) for name, signal in found.items()
+        name: np.array([np.broadcast_to(signal.get(step), shape)[position] for step in steps]) for name, signal in columns.items()
     }
-    return pd.DataFrame(data), {name: signal.column for name, signal in found.items()}
+    return pd.DataFrame(data), {name: signal.column for name, signal in columns.items()}

@@ -36,7 +36,7 @@ def a_flight(
 
 def flown(draws: Draws, drawn: object) -> Flown:
     problem = load(CAMPAIGN, SHORT)
-    return Flyer(problem.loop, problem.metrics).fly(drawn, problem.spec.horizon.steps, 100, glance=True)
+    return Flyer(problem.loop, problem.metrics).fly(drawn, problem.spec.horizon.steps, 100, with_envelope=True)
 
 
 def test_shapes() -> None:
@@ -46,7 +46,7 @@ def test_shapes() -> None:
     draws, drawn = Draws.of(load(CAMPAIGN, SHORT), samples)
     a_batch(samples, list(draws.values.values()), jax.tree.leaves(drawn))
     done = flown(draws, drawn)
-    a_flight(list(done.values.values()), done.lost_s, jax.tree.leaves(done.glances))
+    a_flight(list(done.values.values()), done.lost_s, jax.tree.leaves(done.envelope))
 
 
 def test_the_check_can_fail() -> None:

@@ -447,8 +447,8 @@ MUTANTS = (
     Mutant(
         "an error that is given the true motion",
         "simulation/closed_loop.py",
-        "one.keep(tick, motion, memory, own)",
-        "one.keep(tick, drawn.motion, memory, own)",
+        "error.keep(tick, motion, memory, numbers)",
+        "error.keep(tick, drawn.motion, memory, numbers)",
         ORDER,
     ),
     Mutant(
@@ -557,8 +557,8 @@ MUTANTS = (
     Mutant(
         "a fold without the last step",
         "simulation/flight.py",
-        "folds = fold(metrics, carry.folds, observe(evaluate, drawn, carry, k), weight, drawn)",
-        "folds = carry.folds",
+        "accumulators = accumulate(metrics, carry.accumulators, observe(evaluate, drawn, carry, k), weight, drawn)",
+        "accumulators = carry.accumulators",
         OF_ITS_TRACE,
     ),
     Mutant(

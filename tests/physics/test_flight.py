@@ -109,7 +109,7 @@ def flyer() -> Flyer:
 @pytest.fixture(scope="module")
 def sound(flyer: Flyer) -> Flown:
     """Four sound samples, interrupted every 50 steps, lane 1 traced."""
-    return flyer.fly(faulty_draw(), STEPS, every=50, glance=True, trace=[1])
+    return flyer.fly(faulty_draw(), STEPS, every=50, with_envelope=True, trace=[1])
 
 
 def faulty_draw() -> Drawn:
@@ -167,7 +167,7 @@ def test_lanes_know_nothing_of_each_other(flyer: Flyer, sound: Flown) -> None:
 def test_glances_agree_with_the_traced_steps(sound: Flown) -> None:
     """A glance is |ρ|, |ν|, |σ|, |ω| and h(v) of every sample, a traced step everything of the chosen ones: here of lane 1."""
     assert [float(step.t[0]) for step in sound.steps] == pytest.approx([k * STEP_S for k in range(0, STEPS + 1, 50)])
-    for glance, step in zip(sound.glances, sound.steps, strict=True):
+    for glance, step in zip(sound.envelope, sound.steps, strict=True):
         for name in ("rho", "nu", "sigma", "omega"):
             size = np.linalg.norm([part[0] for part in getattr(step.motion, name).parts()])
             assert getattr(glance, name)[1] == pytest.approx(size, rel=1e-12)

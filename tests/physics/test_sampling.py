@@ -44,7 +44,7 @@ def flown(sampling: int) -> tuple[list[tuple[Any, Any]], State]:
     evaluate = partial(closed_loop.evaluate, closed)
     carry, commands = flight.begin(closed, (), drawn), list[tuple[Any, Any]]()
     for k in range(STEPS):
-        _, now, held = flight.opened(evaluate, drawn, carry, k)
+        _, now, held = flight.step_start(evaluate, drawn, carry, k)
         elsewhere = carry.y._replace(motion=carry.y.motion._replace(rho=carry.y.motion.rho * 2.0))
         _, later, _ = evaluate(drawn, (k + 0.5) * H, elsewhere, held, None)
         commands.append((array(now.command), array(later.command)))

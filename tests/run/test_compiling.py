@@ -55,7 +55,7 @@ def test_one_flyer_compiles_once(count: Count) -> None:
     count()
     for place, (problem, chunk) in enumerate(((first, 0), (first, 3), (load(CAMPAIGN, [*SHORT, *OTHER]), 1))):
         _, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES))
-        flyer.fly(drawn, 10 + place, every=5, glance=True, trace=range(place + 1))
+        flyer.fly(drawn, 10 + place, every=5, with_envelope=True, trace=range(place + 1))
         assert count()[BUILT] == (5 if place == 0 else 0), place
 
 
