@@ -1,11 +1,13 @@
 """Statistics of Monte-Carlo samples: pure functions of NumPy and SciPy.
 
-Two kinds. Exact at the stated confidence for every number of samples, and so fit for a verdict: Clopper-Pearson bounds and the
-verdicts built on them (`binomial`), e-processes and the ratio test with Ville's bounds (`sequential`), order statistics and
-the band (`quantiles`), empirical Bernstein (`means`), McNemar's exact test and its e-process (`paired`), Holm (`families`).
-Approximate, for plots and effects, and said so in `Estimate.method` or their text: Wilson, Jeffreys, bootstraps, Newcombe,
-Tango, mid-p, shifts of quantiles (`shifts`), sensitivity from given data (`given_data`). `walk` gives the exact errors of
-anything that counts failures.
+Exact at the stated confidence for every number of samples, and so used for verdicts: Clopper-Pearson bounds and their verdicts
+(`binomial`), e-processes and the ratio test with Ville's bounds (`sequential`), order statistics and the band (`quantiles`),
+empirical Bernstein (`means`), McNemar's exact test and its e-process (`paired`), Holm (`multiplicity`).
+
+Approximate, for plots and effects: Wilson, Jeffreys, bootstraps, Newcombe, Tango, mid-p, shifts of quantiles
+(`quantile_shifts`), sensitivity from given data (`sensitivity`). Their `Estimate.method` or docstring says so.
+
+`walk` gives the exact errors of any rule that counts failures.
 """
 
 from rvjax.stats.binomial import (

@@ -1,4 +1,4 @@
-"""What the bounds share: the binomial law, the search for the edge of a set of counts, checks of arguments."""
+"""Shared by the bounds: the binomial distribution, a search over counts, checks of arguments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 STRIDE = 8
-"""How many times finer each pass of `largest` is than the one before."""
+"""Ratio of the strides of two successive passes of `largest`."""
 
 Holds = Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
 """(counts, sizes) -> whether something holds there."""
@@ -25,7 +25,7 @@ def binomial_cdf(k: ArrayLike, n: ArrayLike, p: ArrayLike) -> NDArray[np.float64
 
 
 def binomial_pmf(n: int, p: float) -> NDArray[np.float64]:
-    """P(Bin(n, p) = k) for k = 0..n, from logarithms, so that only what is less likely than 1e-308 is 0."""
+    """P(Bin(n, p) = k) for k = 0..n, from logarithms: only probabilities below 1e-308 become 0."""
     k = np.arange(n + 1.0)
     chosen = -special.betaln(n - k + 1, k + 1) - np.log(n + 1)
     law = np.exp(chosen + special.xlogy(k, p) + special.xlog1py(n - k, -p))
@@ -33,32 +33,32 @@ def binomial_pmf(n: int, p: float) -> NDArray[np.float64]:
 
 
 def largest(holds: Holds, sizes: ArrayLike) -> NDArray[np.int64]:
-    """The largest count k in 0..n at which `holds`, for every size n; -1 where there is none. Has the shape of `sizes`.
+    """The largest count k in 0..n at which `holds`, for every size n; -1 if there is none. Has the shape of `sizes`.
 
-    `holds` must be true up to some k and false from there on, and that k must not fall with n. So the answers for every
-    8th size enclose those between them, which leaves two or three counts to try for a size, and mostly none.
+    `holds` must be true up to some k and false above it, and that k must not fall with n. So the answers for every 8th size
+    enclose those between them: for most sizes no count is left to try, for the others two or three.
     """
     n, place = np.unique(np.asarray(sizes, dtype=np.int64), return_inverse=True)
-    found = np.full(n.size, -1, dtype=np.int64)
+    counts = np.full(n.size, -1, dtype=np.int64)
     if not n.size:
-        return found.reshape(np.shape(sizes))
+        return counts.reshape(np.shape(sizes))
     stride, last = 1, n.size - 1
     while stride <= last:
         stride *= STRIDE
     low, high = np.full(1, -1, dtype=np.int64), n[-1:]
     while True:
         here = np.arange(0, n.size, stride, dtype=np.int64)
-        found[here] = _bisect(holds, n[here], low, np.minimum(high, n[here]))
+        counts[here] = _bisect(holds, n[here], low, np.minimum(high, n[here]))
         if stride == 1:
-            return found[place].reshape(np.shape(sizes))
+            return counts[place].reshape(np.shape(sizes))
         finer = np.arange(0, n.size, stride // STRIDE, dtype=np.int64)
         before = finer - finer % stride
-        low, high = found[before], np.where(before + stride <= last, found[np.minimum(before + stride, last)], n[-1])
+        low, high = counts[before], np.where(before + stride <= last, counts[np.minimum(before + stride, last)], n[-1])
         stride //= STRIDE
 
 
 def _bisect(holds: Holds, n: NDArray[np.int64], low: NDArray[np.int64], high: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The largest count in low..high at which `holds`, where it is known to hold at `low` (or low = -1)."""
+    """The largest count in low..high at which `holds`, given that it holds at `low` (or low = -1)."""
     low, high = low.copy(), np.maximum(low, high)
     while (open_ := np.flatnonzero(low < high)).size:
         middle = (low[open_] + high[open_] + 1) // 2
@@ -74,16 +74,21 @@ def ranked(values: ArrayLike, worst: float) -> NDArray[np.float64]:
     return np.sort(np.where(np.isnan(x), worst, x))
 
 
+def invalid(rule: str, value: object) -> ValueError:
+    """The error about an argument: the rule that it breaks, and its value."""
+    return ValueError(f"{rule}; found {value}")
+
+
 def check_share(name: str, value: float) -> None:
     """ValueError unless 0 < value < 1."""
     if not 0 < value < 1:
-        raise ValueError(f"{name} must be between 0 and 1, both excluded; found {value}")
+        raise invalid(f"{name} must be between 0 and 1, both excluded", value)
 
 
 def whole(name: str, values: ArrayLike, least: int = 0) -> NDArray[np.int64]:
-    """The values as whole numbers >= least; ValueError if they are none."""
+    """The values as whole numbers >= least; ValueError for any other values."""
     given: NDArray[Any] = np.asarray(values)
     number = given.astype(np.int64) if given.size == 0 or np.all(np.isfinite(given)) else np.zeros(0, np.int64)
     if number.shape != given.shape or np.any(number != given) or np.any(number < least):
-        raise ValueError(f"{name} must be whole numbers >= {least}; found {values}")
+        raise invalid(f"{name} must be whole numbers >= {least}", values)
     return number

@@ -1,6 +1,6 @@
-"""Shares: exact bounds, smallest samples, and how likely a verdict with a fixed number of samples is.
+"""Shares: exact bounds, smallest numbers of samples, and the chances of a verdict with a fixed number of samples.
 
-Shares are pure numbers in [0, 1]. Everything is exact for every n and p but `wilson` and `jeffreys`, which are for plots.
+Shares are pure numbers in [0, 1]. All functions are exact for every n and p, except `wilson` and `jeffreys`, which are for plots.
 
 Sources: C. J. Clopper & E. S. Pearson, Biometrika 26 (1934) 404; S. S. Wilks, Ann. Math. Stat. 12 (1941) 91;
 E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209; L. D. Brown, T. T. Cai & A. DasGupta, Stat. Sci. 16 (2001) 101.
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.stats._binomial import binomial_cdf, check_share, largest, whole
+from rvjax.stats._binomial import binomial_cdf, check_share, invalid, largest, whole
 from rvjax.stats.boundary_crossing import Boundary
 
 Side = Literal["left", "right"]
@@ -27,8 +27,8 @@ Side = Literal["left", "right"]
 class Estimate:
     """A value and the interval [low, high] that covers the truth with probability >= confidence.
 
-    The interval is two-sided unless `method` says one-sided: then each end alone holds at `confidence`. An end that
-    `n` values cannot support is infinite. `method` says "approximate" where the confidence is not guaranteed.
+    The interval is two-sided unless `method` says one-sided: then each end by itself holds at `confidence`. An end that
+    `n` values cannot support is infinite. `method` says "approximate" if the confidence is not guaranteed.
     """
 
     value: float
@@ -81,8 +81,8 @@ def clopper_pearson(successes: int, n: int, confidence: float = 0.95) -> Estimat
 def wilks_smallest_n(q: float, confidence: float, failures: int = 0) -> int:
     """The smallest n with P(Bin(n, 1 - q) <= failures) <= 1 - confidence.
 
-    With so many samples, `failures` of them bad, the share of good ones is >= q at `confidence` (one-sided). With
-    failures = 1 it is also the n whose smallest and largest value enclose a share q of all values.
+    If `failures` of n samples fail, the share of successes is >= q at `confidence` (one-sided). With failures = 1 the
+    smallest and the largest of n values also enclose a share q of all values.
     """
     check_share("q", q)
     check_share("confidence", confidence)
@@ -106,9 +106,9 @@ class Chances(NamedTuple):
 def fixed_boundary(looks: ArrayLike, p0: float, confidence: float) -> Boundary:
     """PASS with at most f failures: P(X <= f) <= 1 - confidence; FAIL from f on: P(X >= f) < 1 - confidence; X ~ Bin(n, 1 - p0).
 
-    These are lower bound >= p0 and upper bound < p0 of Clopper and Pearson. Either is wrong with probability <= 1 - confidence
-    at one look only: several looks add up (see `walk`). `looks`: numbers of samples. ValueError unless p0 and confidence are
-    between 0 and 1.
+    PASS means lower bound >= p0, FAIL means upper bound < p0, both of Clopper and Pearson. Either is wrong with probability
+    <= 1 - confidence at a single look; the errors of several looks add up (see `walk`). `looks`: numbers of samples.
+    ValueError unless p0 and confidence are between 0 and 1.
     """
     check_share("p0", p0)
     check_share("confidence", confidence)
@@ -126,7 +126,7 @@ def verdict_chances(n: ArrayLike, p0: float, confidence: float, p: ArrayLike) ->
     """
     share = np.asarray(p, dtype=float)
     if not np.all((share >= 0) & (share <= 1)):
-        raise ValueError(f"p must be between 0 and 1; found {p}")
+        raise invalid("p must be between 0 and 1", p)
     size, most, least = fixed_boundary(n, p0, confidence)
     passes = binomial_cdf(most, size, 1 - share)
     fails = binomial_cdf(size - np.maximum(least, most + 1), size, share)
@@ -156,7 +156,7 @@ def worst_coverage(low: ArrayLike, high: ArrayLike, least: float = 0.0, most: fl
     """The infimum of `coverage` over least <= p <= most.
 
     Between neighbouring ends of intervals the set of k that hold p is the same run a..b, and P(a <= Bin(n, p) <= b) has no
-    minimum inside: the infimum is a limit at an end (or `least`, `most`) from one of its sides.
+    minimum inside: the infimum is a limit at an end (or `least`, `most`) from the left or right.
     """
     ends = _ends(low, high)
     points = np.unique(np.clip(np.concatenate([ends.low, ends.high, [least, most]]), least, most))
@@ -210,5 +210,5 @@ def _counts(successes: ArrayLike, n: ArrayLike, confidence: float) -> tuple[NDAr
     check_share("confidence", confidence)
     k, size = np.broadcast_arrays(np.asarray(successes, dtype=float), np.asarray(n, dtype=float))
     if not np.all((k >= 0) & (k <= size)):
-        raise ValueError(f"successes must be between 0 and n; found {successes} of {n}")
+        raise invalid("successes must be between 0 and n", f"{successes} of {n}")
     return k, size

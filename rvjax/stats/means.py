@@ -1,4 +1,4 @@
-"""Means: a bound that holds for every law of a bounded metric, and a bootstrap that is approximate.
+"""Means: a bound that holds for every distribution of a bounded metric, and an approximate bootstrap.
 
 Sources: A. Maurer & M. Pontil, Empirical Bernstein bounds and sample-variance penalization, COLT (2009), theorem 4;
 B. Efron, J. Am. Stat. Assoc. 82 (1987) 171 (BCa).
@@ -14,17 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rvjax.stats._binomial import check_share, ranked
+from rvjax.stats._binomial import check_share, invalid, ranked
 from rvjax.stats.binomial import Estimate
 
 RESAMPLES = 2000
-"""Bootstrap samples behind an interval."""
+"""Bootstrap resamples per interval."""
 
 CORRECTED = 5_000
-"""Up to so many values the bootstrap is corrected (BCa), which takes time with their square; the correction falls with 1/n."""
+"""Largest number of values with a corrected bootstrap (BCa): its time grows with n², the correction falls with 1/n."""
 
 AT_ONCE = 10**7
-"""Numbers that are resampled at once, at most, unless one sample alone is more."""
+"""Most numbers that are resampled at once, unless a single resample has more."""
 
 Statistic = Callable[..., NDArray[Any]]
 """(values, axis) -> their summary along the axis, as np.mean has it."""
@@ -33,7 +33,7 @@ Statistic = Callable[..., NDArray[Any]]
 def empirical_bernstein_upper(values: ArrayLike, low: float, high: float, confidence: float) -> float:
     """mean + (high - low) (sqrt(2 V L / n) + 7 L / (3 (n - 1))), L = ln(2 / (1 - confidence)).
 
-    One-sided: P(bound >= true mean) >= confidence for independent values of any law on [low, high] and every n; V is the
+    One-sided: P(bound >= true mean) >= confidence for independent values of any distribution on [low, high] and every n; V is the
     variance (denominator n - 1) over (high - low)^2. At most `high`, which it is for n < 2. NaN and infinities count as `high`.
     ValueError if low >= high or a finite value lies outside. Source: Maurer & Pontil (2009), theorem 4.
     """
@@ -48,8 +48,9 @@ def empirical_bernstein_lower(values: ArrayLike, low: float, high: float, confid
 
 
 def empirical_bernstein(values: ArrayLike, low: float, high: float, confidence: float = 0.95) -> Estimate:
-    """The mean with both one-sided bounds, each at (1 + confidence) / 2, for independent values of any law on [low, high].
+    """The mean with its lower and upper bound, each one-sided at (1 + confidence) / 2.
 
+    For independent values of any distribution on [low, high].
     Not-finite values count as the end that makes the interval wider: as `low` below, as `high` above and in the mean.
     Without values the mean is NaN and the interval [low, high]. ValueError as in `empirical_bernstein_upper`.
     """
@@ -60,7 +61,8 @@ def empirical_bernstein(values: ArrayLike, low: float, high: float, confidence: 
 
 
 def bernstein_bounds(n: int, mean: float, variance: float, low: float, high: float, confidence: float) -> tuple[float, float]:
-    """Both one-sided bounds, each at the confidence, out of the moments of n values on [low, high]; variance over n - 1.
+    """The lower and upper bound, each one-sided at `confidence`, from the moments of n values on [low, high]; variance over
+    n - 1.
 
     As `empirical_bernstein_lower` and `empirical_bernstein_upper`; (low, high) for n < 2.
     """
@@ -81,9 +83,9 @@ def bootstrap_interval(
 ) -> Estimate:
     """statistic(values) with its BCa bootstrap interval: approximate, for smooth summaries only, never for a verdict.
 
-    `statistic(values, axis=...)` reduces an axis. Above `CORRECTED` values the interval is that of percentiles, and so it
-    is where the correction has no value (every value can be left out without a change). NaN counts as +inf; a value that is
-    not finite makes both ends the statistic; so do values that are all the same. Fewer than two: (-inf, inf).
+    `statistic(values, axis=...)` reduces an axis. Above `CORRECTED` values the interval is that of percentiles; also if the
+    correction is undefined (leaving out any value changes nothing). NaN counts as +inf. If a value is not finite, or all
+    values are the same, both ends are the statistic. Fewer than two values: (-inf, inf).
     Source: Efron (1987).
     """
     check_share("confidence", confidence)
@@ -96,13 +98,13 @@ def bootstrap_interval(
         return Estimate(value, -math.inf, math.inf, x.size, confidence, "BCa " + method.format(resamples))
     if not np.isfinite(x).all() or x[0] == x[-1]:
         return Estimate(value, value, value, x.size, confidence, "BCa " + method.format(resamples))
-    # takes half a second to import, which a verdict shall not wait for
+    # imported here: it takes half a second, and a verdict does not need it
     from scipy.stats import bootstrap  # pyright: ignore[reportMissingTypeStubs, reportUnknownVariableType]
 
     for kind in ("BCa", "percentile") if x.size <= CORRECTED else ("percentile",):
         with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore")  # of degenerate data, which are looked at below
-            found: Any = bootstrap(
+            warnings.simplefilter("ignore")  # of degenerate data, which are handled below
+            interval: Any = bootstrap(
                 (x,),
                 statistic,
                 n_resamples=resamples,
@@ -112,7 +114,7 @@ def bootstrap_interval(
                 method=kind,
                 rng=rng,
             ).confidence_interval
-        low, high = float(found.low), float(found.high)
+        low, high = float(interval.low), float(interval.high)
         if math.isfinite(low) and math.isfinite(high):
             return Estimate(value, min(low, value), max(high, value), x.size, confidence, f"{kind} {method.format(resamples)}")
     return Estimate(value, -math.inf, math.inf, x.size, confidence, f"percentile {method.format(resamples)}")
@@ -121,25 +123,25 @@ def bootstrap_interval(
 def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Estimate:
     """The mean with its BCa bootstrap interval: approximate, never for a verdict.
 
-    The resampling generator is fixed, so that the same values always give the same interval. One value that is not
-    finite makes the mean infinite; fewer than two values have the interval (-inf, inf).
+    The resampling generator is fixed, so the same values always give the same interval. A value that is not finite
+    makes the mean infinite; fewer than two values have the interval (-inf, inf).
     """
     return bootstrap_interval(values, np.mean, confidence, rng=np.random.Generator(np.random.Philox(key=0)))
 
 
 def _bounded(values: ArrayLike, low: float, high: float, worst: float) -> NDArray[np.float64]:
-    """The values in one row, what is not finite replaced by the worst; all in [low, high]."""
+    """(n,) values, all in [low, high]; values that are not finite become the worst."""
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ValueError(f"low must be below high, both finite; found {low} and {high}")
+        raise invalid("low must be below high, both finite", f"{low} and {high}")
     x = np.asarray(values, dtype=float).ravel()
     x = np.where(np.isfinite(x), x, worst)
     if x.size and not (low <= x.min() and x.max() <= high):
-        raise ValueError(f"values must be between {low} and {high}; found {x.min()} to {x.max()}")
+        raise invalid(f"values must be between {low} and {high}", f"{x.min()} to {x.max()}")
     return x
 
 
 def _margin(x: NDArray[np.float64], low: float, high: float, risk: float) -> float:
-    """What the theorem adds to the mean, with probability of error `risk`."""
+    """The half-width of the bound, with probability of error `risk`."""
     check_share("confidence", 1 - risk)
     return _half_width(x.size, float(np.var(x, ddof=1)), low, high, risk)
 

@@ -1,7 +1,7 @@
-"""Two designs flown on the same draws: which is better, by how much, and whether one is not worse.
+"""Two designs flown on the same draws: which is better, by how much, and whether A is not worse than B.
 
-Of n pairs `both` succeed under A and B, `only_a` under A alone, `only_b` under B alone, `neither` under none. Only the two in
-the middle tell the designs apart; the difference is always P(A succeeds) - P(B succeeds), a pure number.
+Of n pairs `both` succeed under A and B, `only_a` under A only, `only_b` under B only, `neither` under none. Only `only_a` and
+`only_b` tell the designs apart. The difference is always P(A succeeds) - P(B succeeds), a pure number.
 
 Sources: Q. McNemar, Psychometrika 12 (1947) 153; M. W. Fagerland, S. Lydersen & P. Laake, BMC Med. Res. Methodol. 13 (2013)
 91 (mid-p); R. G. Newcombe, Stat. Med. 17 (1998) 2635; T. Tango, Stat. Med. 17 (1998) 891; H. Robbins, Ann. Math. Stat. 41
@@ -17,18 +17,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.stats._binomial import binomial_cdf, check_share, whole
+from rvjax.stats._binomial import binomial_cdf, check_share, invalid, whole
 from rvjax.stats.binomial import Estimate, wilson
 
 Better = Literal["either", "a", "b"]
-"""Which design the alternative says is better."""
+"""The design that is better under the alternative."""
 
 HALVINGS = 60
-"""Of an interval of length 2, to find an end to every digit."""
+"""Bisections of an interval of length 2 that find an end to the last digit."""
 
 
 class Pairs(NamedTuple):
-    """Numbers of pairs by what succeeded."""
+    """Numbers of pairs by which designs succeeded."""
 
     both: int
     only_a: int
@@ -45,7 +45,7 @@ def pairs_of(a: ArrayLike, b: ArrayLike) -> Pairs:
     """How many pairs fall in each of the four cells, from two rows of successes (true or false) of the same draws."""
     first, second = np.asarray(a, dtype=bool), np.asarray(b, dtype=bool)
     if first.shape != second.shape:
-        raise ValueError(f"a and b must have the same shape; found {first.shape} and {second.shape}")
+        raise invalid("a and b must have the same shape", f"{first.shape} and {second.shape}")
     cells = (first & second, first & ~second, ~first & second, ~first & ~second)
     return Pairs(*(int(np.count_nonzero(cell)) for cell in cells))
 
@@ -60,7 +60,7 @@ def mcnemar(only_a: ArrayLike, only_b: ArrayLike, *, better: Better = "either", 
     b, c = np.broadcast_arrays(whole("only_a", only_a), whole("only_b", only_b))
     fewest = {"either": np.minimum(b, c), "a": c, "b": b}
     if better not in fewest:
-        raise ValueError(f'better must be "either", "a" or "b"; found {better!r}')
+        raise invalid('better must be "either", "a" or "b"', repr(better))
     k, n = fewest[better], b + c
     p = binomial_cdf(k, n, 0.5)
     if mid:
@@ -72,7 +72,8 @@ def log_e_paired(only_a: ArrayLike, only_b: ArrayLike) -> NDArray[np.float64]:
     """ln(B(b + 1, c + 1) 2^(b + c)), b = only_a, c = only_b: the e-process of "no difference", two-sided.
 
     The likelihood ratio of a share b / (b + c) drawn uniformly from [0, 1] against 1/2. It ever reaches ln(1/alpha) with
-    probability <= alpha where the designs are equally good, however often one looks. Broadcasts. Source: Robbins (1970).
+    probability <= alpha if the designs are equally good, however often the samples are looked at. Broadcasts. Source:
+    Robbins (1970).
     """
     b, c = np.broadcast_arrays(whole("only_a", only_a), whole("only_b", only_b))
     return np.asarray(special.betaln(b + 1.0, c + 1.0) + (b + c) * math.log(2))
@@ -81,9 +82,8 @@ def log_e_paired(only_a: ArrayLike, only_b: ArrayLike) -> NDArray[np.float64]:
 def newcombe(pairs: Pairs, confidence: float = 0.95) -> Estimate:
     """d -+ sqrt(u^2 - 2 phi u v + v^2), u and v the distances from each share to an end of its Wilson interval.
 
-    d = (only_a - only_b) / n; phi is the correlation of the two outcomes, made smaller by n / 2 in its numerator where it
-    is positive. Approximate, two-sided. Without pairs the value is NaN and the interval [-1, 1].
-    Source: Newcombe (1998), method 10.
+    d = (only_a - only_b) / n; phi is the correlation of the two outcomes; a positive numerator of it is reduced by n / 2.
+    Approximate, two-sided. Without pairs the value is NaN and the interval [-1, 1]. Source: Newcombe (1998), method 10.
     """
     e, f, g, h = _checked(pairs)
     n, method = pairs.n, "Newcombe (paired, method 10), approximate"
@@ -116,7 +116,7 @@ def tango(pairs: Pairs, confidence: float = 0.95) -> Estimate:
     z, d = float(special.ndtri((1 + confidence) / 2)), (f - g) / n
 
     def end(inside: float, outside: float) -> float:
-        """Where |z| reaches its limit between d and the end of the scale, from the outside."""
+        """The point between d and the end of the scale at which |z| reaches its limit."""
         if abs(_score(f, g, n, outside)) <= z:
             return outside
         for _ in range(HALVINGS):
@@ -139,7 +139,7 @@ def noninferiority(pairs: Pairs, margin: float) -> float:
 
 
 def _score(f: int, g: int, n: int, t: float) -> float:
-    """z(t) of `tango`, signed; 0 / 0, which is the difference that was observed, is 0."""
+    """z(t) of `tango`, signed; 0 / 0, at the observed difference, is 0."""
     linear = -f - g + (2 * n - f + g) * t
     q = (math.sqrt(max(0.0, linear**2 + 8 * n * g * t * (1 - t))) - linear) / (4 * n)
     above, variance = f - g - n * t, n * (2 * q + t * (1 - t))
@@ -150,5 +150,5 @@ def _score(f: int, g: int, n: int, t: float) -> float:
 
 def _checked(pairs: Pairs) -> Pairs:
     if len(pairs) != 4 or any(cell < 0 or cell != int(cell) for cell in pairs):
-        raise ValueError(f"pairs must be four whole numbers >= 0; found {pairs}")
+        raise invalid("pairs must be four whole numbers >= 0", pairs)
     return pairs

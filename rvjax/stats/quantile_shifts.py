@@ -1,9 +1,9 @@
-"""How far a quantile moves between two designs flown on the same draws, for any number of pairs.
+"""The shift of a quantile between two designs flown on the same draws, for any number of pairs.
 
 A resample of n pairs moves the q-quantile of one side by a few times sqrt(n q (1 - q)) ranks, so only pairs near a quantile
-matter one by one. All others are counted by where they lie: below or above on either side. Which pairs are drawn anew is then
-a multinomial draw over five classes, and uniform draws within the class of the near ones: the law of the plain bootstrap, to
-the 15th digit, at the price of about sqrt(n) numbers a resample.
+matter individually. All others are counted in four classes: below or above the quantile on either side. A resample is then a
+multinomial draw over five classes, and uniform draws within the class of the near pairs. Its distribution is that of the
+ordinary bootstrap to the 15th digit, at a cost of about sqrt(n) numbers per resample.
 
 Source: B. Efron, Ann. Stat. 7 (1979) 1.
 """
@@ -16,17 +16,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rvjax.stats._binomial import check_share
+from rvjax.stats._binomial import check_share, invalid
 from rvjax.stats.binomial import Estimate
 from rvjax.stats.means import RESAMPLES
 from rvjax.stats.quantiles import quantile_rank
 
 REACH = 8.0
-"""Standard deviations of a resampled rank that count as near; beyond lies less than 1e-14 of all resamples."""
+"""Standard deviations of a resampled rank that count as near; beyond them are less than 1e-14 of all resamples."""
 
 
 class _Side(NamedTuple):
-    """One side: its values in ascending order near the quantile, and for every pair its place there, -1 below and `near.size`
+    """A design. near: (k,) its values near the quantile, ascending. place: (n,) index of each pair in `near`, -1 below, k
     above."""
 
     near: NDArray[np.float64]
@@ -43,10 +43,10 @@ def quantile_shift(
     worst: float = math.inf,
     resamples: int = RESAMPLES,
 ) -> Estimate:
-    """q-quantile of b - q-quantile of a, with the percentiles of what it is when pairs are drawn anew: two-sided, approximate.
+    """q-quantile of b - q-quantile of a, with its percentiles over resampled pairs: two-sided, approximate.
 
-    `a`, `b`: (n,) one value per draw, in the same order and unit. NaN counts as `worst` (+inf, or -inf where higher is better).
-    Where both quantiles are infinite the shift is NaN, and counts as -inf for the lower and +inf for the upper end. Without
+    `a`, `b`: (n,) a value per draw, in the same order and unit. NaN counts as `worst` (+inf, or -inf where higher is better).
+    If both quantiles are infinite the shift is NaN, and counts as -inf for the lower and +inf for the upper end. Without
     pairs (-inf, inf). Takes two seconds for 10^6 pairs. ValueError unless a and b have the same size.
     """
     check_share("q", q)
@@ -54,7 +54,7 @@ def quantile_shift(
     both = [np.asarray(side, dtype=float).ravel() for side in (a, b)]
     n, method = both[0].size, f"paired percentile bootstrap, approximate, {resamples} resamples"
     if both[1].size != n:
-        raise ValueError(f"a and b must be pairs; found {n} and {both[1].size} values")
+        raise invalid("a and b must be pairs", f"{n} and {both[1].size} values")
     if not n:
         return Estimate(math.nan, -math.inf, math.inf, 0, confidence, method)
     rank = quantile_rank(n, q)
@@ -64,14 +64,14 @@ def quantile_shift(
         value = float(np.float64(second) - np.float64(first))
         before, after = _resampled(sides, rank, resamples, rng)
         shifts = after - before
-    tail = max(0, math.floor((resamples + 1) * (1 - confidence) / 2 + 1e-9) - 1)  # 1e-9 forgives rounding
+    tail = max(0, math.floor((resamples + 1) * (1 - confidence) / 2 + 1e-9) - 1)  # 1e-9 absorbs rounding
     low = np.sort(np.where(np.isnan(shifts), -math.inf, shifts))[tail]
     high = np.sort(np.where(np.isnan(shifts), math.inf, shifts))[-1 - tail]
     return Estimate(value, float(low), float(high), n, confidence, method)
 
 
 def _reach(n: int, q: float) -> int:
-    """How many ranks from the quantile a value still counts as near."""
+    """Largest distance in ranks from the quantile at which a value counts as near."""
     return math.ceil(REACH * (1 + math.sqrt(n * q * (1 - q))))
 
 
@@ -86,7 +86,7 @@ def _side(values: NDArray[np.float64], rank: int, q: float) -> _Side:
 
 
 def _resampled(sides: list[_Side], rank: int, resamples: int, rng: np.random.Generator) -> list[NDArray[np.float64]]:
-    """(resamples,) quantiles of each side, of the same pairs."""
+    """(resamples,) quantiles of each side, over the same pairs."""
     n = sides[0].place.size
     near = np.any([(side.place >= 0) & (side.place < side.near.size) for side in sides], axis=0)
     places = [side.place[near] for side in sides]
@@ -94,11 +94,11 @@ def _resampled(sides: list[_Side], rank: int, resamples: int, rng: np.random.Gen
     sizes = np.append(np.bincount(corner, minlength=4), places[0].size)
     cells = rng.multinomial(n, sizes / n, size=resamples)
     below = [cells[:, 2] + cells[:, 3], cells[:, 1] + cells[:, 3]]
-    found = [np.empty(resamples), np.empty(resamples)]
+    results = [np.empty(resamples), np.empty(resamples)]
     for resample, many in enumerate(cells[:, 4].tolist()):
         drawn = np.asarray(rng.integers(int(sizes[4]), size=int(many)), dtype=np.int64)
-        for side, place, under, quantiles in zip(sides, places, below, found, strict=True):
+        for side, place, under, quantiles in zip(sides, places, below, results, strict=True):
             at = min(max(rank - int(under[resample]), 0), many - 1)
             position = int(np.partition(place[drawn], at)[at])
             quantiles[resample] = side.near[min(max(position, 0), side.near.size - 1)]
-    return found
+    return results

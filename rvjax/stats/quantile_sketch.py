@@ -1,12 +1,11 @@
-"""Sketch: the distribution of a stream of numbers in bounded memory, the same whatever the order in which they came.
+"""Sketch: the distribution of a stream of numbers in bounded memory, independent of their order.
 
-Every number is counted in a bucket: its sign, its exponent and the first `BITS` bits of its mantissa, so a bucket is 2⁻¹⁰ of
-its values wide and an order statistic read from it is right to 2⁻¹¹ (0.05 %). The `EXACT` smallest and the `EXACT` largest
-numbers are kept as they are: up to twice as many numbers, and beyond them both tails, nothing is rounded at all.
+Every number is counted in a bucket: its sign, its exponent and the first `BITS` bits of its mantissa. So a bucket is 2⁻¹⁰ of
+its values wide, and an order statistic from it is right to 2⁻¹¹ (0.05 %). The `EXACT` smallest and the `EXACT` largest numbers
+are kept exactly: up to 2 `EXACT` numbers nothing is rounded; beyond that, both tails are still exact.
 
-Counts are added and extremes are compared, so merging is exact and neither order nor grouping matters; t-digests and the like
-depend on both. The buckets are those of HdrHistogram (G. Tene) and of DDSketch (C. Masson et al., PVLDB 12 (2019) 2195), here
-with binary edges.
+Counts are added and extremes are compared, so merging is exact and independent of order and grouping, unlike t-digests. The
+buckets are those of HdrHistogram (G. Tene) and of DDSketch (C. Masson et al., PVLDB 12 (2019) 2195), here with binary edges.
 """
 
 from __future__ import annotations
@@ -20,16 +19,16 @@ BITS = 10
 """Bits of the mantissa that a bucket keeps."""
 
 EXACT = 4096
-"""Smallest and largest numbers, each, that are kept as they are."""
+"""How many of the smallest and of the largest numbers are kept exactly."""
 
 RELATIVE_ERROR = 2.0 ** -(BITS + 1)
-"""Of an order statistic between the exact ones: half the width of a bucket."""
+"""Of an order statistic between the exact tails: half the width of a bucket."""
 
 _SHIFT = 52 - BITS
 
 
 class Sketch:
-    """Counts and extremes of numbers; infinities are numbers, NaN is refused: say first what it counts as."""
+    """Counts and extremes of numbers; infinities are numbers, NaN is refused: replace it first."""
 
     def __init__(self, values: ArrayLike = ()) -> None:
         self.n = 0
@@ -38,8 +37,8 @@ class Sketch:
         self.add(values)
 
     def add(self, values: ArrayLike) -> None:
-        """Takes in some more numbers, of any shape."""
-        x = np.sort(np.asarray(values, dtype=float).ravel() + 0.0)  # + 0.0: there is one zero
+        """Adds numbers, of any shape."""
+        x = np.sort(np.asarray(values, dtype=float).ravel() + 0.0)  # + 0.0: −0 becomes 0
         if not x.size:
             return
         if np.isnan(x[-1]):
@@ -48,7 +47,7 @@ class Sketch:
         self._take(x.size, keys, counts, x[:EXACT], x[-EXACT:])
 
     def merge(self, other: Sketch) -> None:
-        """Takes in all that another one has counted: the same as adding its numbers."""
+        """Adds the numbers of another sketch."""
         self._take(other.n, other._keys, other._counts, other._smallest, other._largest)
 
     def _take(
@@ -68,13 +67,12 @@ class Sketch:
         self._counts = total
 
     def __eq__(self, other: object) -> bool:
-        mine, theirs = vars(self), vars(other)
-        return isinstance(other, Sketch) and all(np.array_equal(mine[name], theirs[name]) for name in mine)
+        return isinstance(other, Sketch) and all(np.array_equal(value, vars(other)[name]) for name, value in vars(self).items())
 
     __hash__ = None  # pyright: ignore[reportAssignmentType]
 
     def low(self, rank: int) -> float:
-        """No more than the number of this rank; equal to it in the tails."""
+        """A lower bound of the number of this rank; equal to it in the tails."""
         return self._number(rank)[0]
 
     def value(self, rank: int) -> float:
@@ -83,23 +81,25 @@ class Sketch:
         return low if low == high else low / 2 + high / 2
 
     def high(self, rank: int) -> float:
-        """No less than the number of this rank; equal to it in the tails."""
+        """An upper bound of the number of this rank; equal to it in the tails."""
         return self._number(rank)[1]
 
     def at_least(self, limit: float) -> int:
-        """How many numbers are ≥ limit. ValueError where the answer is not known: limit is no edge of a bucket and the tails
-        do not tell either. Powers of two, 10 and ∞ are edges, negative numbers are none."""
+        """How many numbers are ≥ limit. ValueError if that is not known: limit is neither an edge of a bucket nor in a tail.
+
+        Powers of two, 10 and ∞ are edges; negative numbers are not.
+        """
         for tail, rest in ((self._smallest, 0), (self._largest, self.n - self._largest.size)):
             if tail.size == self.n or (tail.size and tail[0] < limit <= tail[-1]):
                 return self.n - rest - int(np.searchsorted(tail, limit))
         key = int(_key(np.array([float(limit)]))[0])
         if _edges(key)[0] != limit:
-            raise ValueError(f"{limit} is no edge of a bucket, so what is beyond it is not counted")
+            raise ValueError(f"{limit} is no edge of a bucket, so the numbers beyond it are not counted")
         return int(self._counts[self._keys >= key].sum())
 
     @property
     def exact(self) -> bool:
-        """Whether every number is still known as it was."""
+        """Whether every number is known exactly."""
         return self.n <= 2 * EXACT
 
     @property
@@ -113,7 +113,7 @@ class Sketch:
         return self.n - self.at_least(math.inf)
 
     def _number(self, rank: int) -> tuple[float, float]:
-        """Two numbers between which that of a rank lies."""
+        """Bounds of the number of a rank."""
         if not 0 <= rank < self.n:
             raise IndexError(f"rank {rank} of {self.n} numbers")
         if rank < self._smallest.size:
@@ -125,15 +125,15 @@ class Sketch:
 
 
 def _key(x: NDArray[np.float64]) -> NDArray[np.int64]:
-    """The bucket of each number: grows with it, 0 around zero, opposite for opposite numbers."""
+    """The bucket of each number: increasing, 0 around zero, opposite for opposite numbers."""
     magnitude = np.abs(x).view(np.int64) >> _SHIFT
     return np.where(x < 0, -magnitude, magnitude)
 
 
 def _edges(key: int) -> tuple[float, float]:
-    """Between which numbers those of a bucket lie."""
+    """The ends of a bucket."""
     if key == 0:
-        return 0.0, 0.0  # what is smaller than 1e-310 is none
+        return 0.0, 0.0  # numbers below 1e-310 count as 0
     near, far = np.array([abs(key), abs(key) + 1], np.int64) << _SHIFT
     inner = float(near.view(np.float64))
     outer = math.inf if math.isinf(inner) else float(far.view(np.float64))

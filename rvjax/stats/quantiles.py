@@ -1,6 +1,6 @@
-"""Quantiles and whole distributions without any assumption on their shape: order statistics and a band.
+"""Quantiles and whole distributions without any assumption on their shape: order statistics and a confidence band.
 
-Values keep the unit they come with. A value that is not a number counts as the worst one.
+Results have the unit of the values. NaN counts as the worst value.
 
 Sources: S. S. Wilks, Ann. Math. Stat. 12 (1941) 91; P. Massart, Ann. Probab. 18 (1990) 1269.
 """
@@ -20,14 +20,14 @@ from rvjax.stats.quantile_sketch import Sketch
 
 
 def quantile_interval(values: ArrayLike | Sketch, q: float, confidence: float = 0.95, *, worst: float = math.inf) -> Estimate:
-    """The q-quantile x_(ceil(n q)) with the order statistics x_(l), x_(u) that enclose the true one.
+    """The q-quantile x_(ceil(n q)) with the order statistics x_(l), x_(u) that enclose the true quantile.
 
     Distribution-free, ties and infinities included: l is the largest with P(Bin(n, q) < l) <= (1 - confidence) / 2, u
     the smallest with P(Bin(n, q) >= u) <= (1 - confidence) / 2. An end that no order statistic attains is infinite.
 
     `values`: any shape, flattened, any unit. NaN counts as `worst` (+inf, or -inf where higher is better). Without
-    values the value is NaN. Of a sketch: the same ranks, each end moved outwards to the edge of its bucket, so that the
-    interval holds that of the numbers themselves; up to 8192 numbers it is that interval.
+    values the value is NaN. For a sketch: the same ranks, each end moved outwards to the edge of its bucket, so the interval
+    contains that of the numbers; up to 8192 numbers both are equal.
     """
     if isinstance(values, Sketch):
         method = "order statistics" if values.exact else "order statistics, ends widened to those of a bucket"
@@ -46,12 +46,12 @@ def quantile_interval(values: ArrayLike | Sketch, q: float, confidence: float = 
 
 
 def quantile_rank(n: int, q: float) -> int:
-    """ceil(n q) - 1: which of n numbers in ascending order, from 0, is their q-quantile; n >= 1."""
-    return max(1, math.ceil(n * q - 1e-9)) - 1  # 1e-9 forgives the rounding of n q
+    """ceil(n q) - 1: the rank, from 0, of the q-quantile of n numbers in ascending order; n >= 1."""
+    return max(1, math.ceil(n * q - 1e-9)) - 1  # 1e-9 absorbs the rounding of n q
 
 
 def upper_tolerance_bound(values: ArrayLike, q: float, confidence: float) -> float:
-    """The smallest x_(u) with P(Bin(n, q) < u) >= confidence; +inf where n is too small.
+    """The smallest x_(u) with P(Bin(n, q) < u) >= confidence; +inf if n is too small.
 
     One-sided (Wilks): at `confidence`, a share >= q of all values is <= the bound. NaN counts as +inf.
     """
@@ -71,10 +71,10 @@ class Interval(NamedTuple):
 
 
 def tolerance_interval(values: ArrayLike, q: float, confidence: float) -> Interval:
-    """[x_(m), x_(n+1-m)], m the largest with P(Bin(n, 1 - q) <= 2 m - 1) <= 1 - confidence; infinite where n is too small.
+    """[x_(m), x_(n+1-m)], m the largest with P(Bin(n, 1 - q) <= 2 m - 1) <= 1 - confidence; infinite if n is too small.
 
-    Two-sided (Wilks): at `confidence`, a share >= q of all values lies in it. m = 1 is from the smallest to the largest
-    value, which takes wilks_smallest_n(q, confidence, failures=1) of them. NaN counts as +inf.
+    Two-sided (Wilks): at `confidence`, a share >= q of all values lies in it. m = 1: from the smallest to the largest
+    value, which needs wilks_smallest_n(q, confidence, failures=1) values. NaN counts as +inf.
     """
     check_share("q", q)
     check_share("confidence", confidence)

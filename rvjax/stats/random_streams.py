@@ -1,9 +1,9 @@
-"""Random streams with names: a number depends on (seed, name, sample) and on nothing else.
+"""Named random streams: a number depends only on (seed, name, sample).
 
     u = (⌊w/2¹¹⌋ + ½)/2⁵³,   w: 64-bit words of Philox4x64-10 with key = SHA-256("seed:name")[:128 bits], counter = sample
 
-Every name has its own stream and every sample its own block of four words, so another order, another number of samples or a
-further variable changes no other number (J. Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC'11).
+Every name has a separate stream and every sample a separate block of four words in it. So the order and number of samples, and
+further variables, change no number (J. Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC'11).
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 WORDS = 4
-"""Words per sample and stream: the most numbers that one draw may consume."""
+"""Words per sample and stream: the most numbers that a draw may take."""
 
 NEAR, MOST_AT_ONCE = 200, 2**20
-"""Scattered samples are picked out of all between them where these are no more than so many for each: starting a stream at a
-sample takes as long as going on with it for some hundred."""
+"""Scattered samples are taken from the whole span between the first and the last, if that has at most `NEAR` samples for each and
+`MOST_AT_ONCE` in all: starting a stream takes as long as some hundred samples of it."""
 
 
 def uniforms(seed: int, name: str, samples: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -37,5 +37,5 @@ def uniforms(seed: int, name: str, samples: NDArray[np.int64]) -> NDArray[np.flo
 
 
 def _shares(words: NDArray[np.uint64]) -> NDArray[np.float64]:
-    """(⌊w/2¹¹⌋ + ½)/2⁵³; the largest word, which rounding would take to 1, gives the largest number below 1."""
+    """(⌊w/2¹¹⌋ + ½)/2⁵³; the largest word, which would round to 1, gives the largest number below 1."""
     return np.minimum(((words >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53, 1.0 - 2.0**-53)

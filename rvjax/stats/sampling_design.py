@@ -1,10 +1,9 @@
-"""SamplingDesign: what the samples of a run are, and so what may be said of the law that they were drawn from.
+"""SamplingDesign: how the samples of a run were chosen, and so which inferences from them are valid.
 
-    Independent     independent draws of the campaign's law: shares and quantiles have intervals, requirements have verdicts
-    Exploration     a plan that fills the space of the draws: what was observed, and nothing beyond
+    Independent     independent draws of the campaign's distributions: intervals of shares and quantiles, verdicts on requirements
+    Exploration     a plan that fills the space of the draws: observed values only
 
-A sampler has its basis in its type. Bounds and verdicts are made of an `Independent`; an `Exploration` has nothing to make them
-of.
+The type of a sampler says its design. Only an `Independent` has bounds, so only it has verdicts.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from rvjax.stats.quantile_sketch import Sketch
 
 @dataclass(frozen=True)
 class Observed:
-    """A number of the samples that were flown. It has no interval: it says nothing about others."""
+    """A number observed on the flown samples. It has no interval: it says nothing about other samples."""
 
     value: float
     n: int
@@ -32,12 +31,12 @@ class Observed:
 
 @dataclass(frozen=True)
 class Independent:
-    """Samples that are independent draws of one law."""
+    """Samples that are independent draws of a distribution."""
 
     sentence: str = ""
 
     def bounds(self, successes: int, n: int, confidence: float) -> Estimate:
-        """The share of successes with two one-sided bounds, each at the confidence: what a verdict is made of."""
+        """The share of successes with two one-sided bounds, each at the confidence: the base of a verdict."""
         low, high = (bound(successes, n, confidence) for bound in (stats.clopper_pearson_lower, stats.clopper_pearson_upper))
         return Estimate(successes / n if n else math.nan, low, high, n, confidence, "Clopper-Pearson, each bound one-sided")
 
@@ -69,13 +68,13 @@ class Independent:
         return Estimate(r, min(low, r), max(high, r), x.size, confidence, method)
 
     def words(self, of_intervals: str) -> str:
-        """What a text says of intervals."""
+        """A remark about intervals, for a report."""
         return of_intervals
 
 
 @dataclass(frozen=True)
 class Exploration:
-    """Samples of a plan. sentence: what a report says of it."""
+    """Samples of a plan. sentence: a remark for the report."""
 
     sentence: str = "exploration: no verdicts"
 
@@ -86,11 +85,11 @@ class Exploration:
 
     def quantile(self, values: ArrayLike | Sketch, q: float, confidence: float) -> Observed:
         """A quantile of the samples."""
-        found = stats.quantile_interval(values, q, confidence)
-        return Observed(found.value, found.n)
+        estimate = stats.quantile_interval(values, q, confidence)
+        return Observed(estimate.value, estimate.n)
 
     def band(self, n: int, confidence: float) -> None:
-        """None: the samples' own distribution function is all there is."""
+        """None: there is no band, only the empirical distribution function."""
 
     def correlation(self, x: NDArray[np.float64], y: NDArray[np.float64], confidence: float) -> Observed:
         """Spearman's r of the samples."""
@@ -98,7 +97,7 @@ class Exploration:
         return Observed(_spearman(x, y) or 0.0, x.size)
 
     def words(self, of_intervals: str) -> str:
-        """Nothing: there are no intervals."""
+        """Empty: there are no intervals."""
         del of_intervals
         return ""
 
@@ -107,8 +106,8 @@ SamplingDesign: TypeAlias = Independent | Exploration
 
 
 def _spearman(x: NDArray[np.float64], y: NDArray[np.float64]) -> float | None:
-    """Spearman's r; None where one of the two does not vary."""
-    from scipy.stats import rankdata  # pyright: ignore  # takes half a second to import, which a verdict shall not wait for
+    """Spearman's r; None if x or y does not vary."""
+    from scipy.stats import rankdata  # pyright: ignore  # imported here: it takes half a second, and a verdict does not need it
 
     first, second = (np.asarray(rankdata(values), dtype=np.float64) for values in (x, y))
     return None if np.ptp(first) == 0 or np.ptp(second) == 0 else float(np.corrcoef(first, second)[0, 1])

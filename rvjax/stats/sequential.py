@@ -1,8 +1,8 @@
 """Verdicts that may be looked at after every sample: e-processes and the sequential probability ratio test.
 
 Failures are counted as samples come. An e-process is a likelihood ratio whose expected value under the hypothesis is <= 1 at
-every time, so it ever reaches 1/alpha with probability <= alpha (Ville): stopping whenever one likes is no cheating. All in
-logarithms, so that no number of samples is too large.
+every time, so it ever reaches 1/alpha with probability <= alpha (Ville), whatever the rule for stopping. All values are
+logarithms, so no number of samples is too large.
 
 Sources: J. Ville, Étude critique de la notion de collectif (1939); H. Robbins, Ann. Math. Stat. 41 (1970) 1397 (mixtures);
 A. Wald, Ann. Math. Stat. 16 (1945) 117 (ratio test).
@@ -14,27 +14,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.stats._binomial import check_share, largest, whole
+from rvjax.stats._binomial import check_share, invalid, largest, whole
 from rvjax.stats.boundary_crossing import Boundary
 
 SMALL = 1e-250
-"""Below this a tail of the Beta law is computed from its continued fraction, which has no smallest number."""
+"""Below this the tail of the Beta distribution is computed from its continued fraction, which cannot underflow."""
 
 TERMS = 100
-"""Of that fraction, at most; it needs less than ten where the tail is so small."""
+"""Most terms of that fraction; for such small tails it needs less than ten."""
 
 
 def log_e_pass(n: ArrayLike, failures: ArrayLike, p0: float) -> NDArray[np.float64]:
     """ln of the mean over p of p^s (1-p)^f / (p0^s (1-p0)^f), p ~ Beta(1/2, 1/2) restricted to (p0, 1].
 
-    s = n - failures, f = failures. An e-process against H0: P(success) <= p0, so PASS once it is >= ln(1/alpha), and the
-    probability ever to do so is <= alpha for every p <= p0. Broadcasts n and failures, falls with the failures.
+    s = n - failures, f = failures. An e-process against H0: P(success) <= p0, so PASS once it is >= ln(1/alpha): for every
+    p <= p0 that ever happens with probability <= alpha. Broadcasts n and failures, falls with the failures.
     ValueError unless 0 <= failures <= n and 0 < p0 < 1. Source: Robbins (1970).
     """
     check_share("p0", p0)
     size, f = np.broadcast_arrays(whole("n", n), whole("failures", failures))
     if np.any(f > size):
-        raise ValueError(f"failures must be between 0 and n; found {failures} of {n}")
+        raise invalid("failures must be between 0 and n", f"{failures} of {n}")
     return _log_e(size, f, p0)
 
 
@@ -51,7 +51,7 @@ def log_e_fail(n: ArrayLike, failures: ArrayLike, p0: float) -> NDArray[np.float
 def e_boundary(looks: ArrayLike, p0: float, alpha: float) -> Boundary:
     """The most failures with log_e_pass >= ln(1/alpha) and the least with log_e_fail >= ln(1/alpha), at every look.
 
-    PASS where P(success) <= p0, and FAIL where it is >= p0, each have probability <= alpha, however often one looks.
+    PASS with P(success) <= p0, and FAIL with P(success) >= p0, have probability <= alpha, for any number of looks.
     `looks`: numbers of samples; all of 1..10^6 take seconds at most. ValueError unless p0 and alpha are between 0 and 1.
     """
     check_share("p0", p0)
@@ -70,15 +70,15 @@ def log_ratio(n: ArrayLike, failures: ArrayLike, p0: float, p1: float) -> NDArra
     gain, loss = _steps(p0, p1)
     size, f = np.broadcast_arrays(whole("n", n), whole("failures", failures))
     if np.any(f > size):
-        raise ValueError(f"failures must be between 0 and n; found {failures} of {n}")
+        raise invalid("failures must be between 0 and n", f"{failures} of {n}")
     return (size - f) * gain - f * loss
 
 
 def sprt_boundary(looks: ArrayLike, p0: float, p1: float, alpha: float, beta: float) -> Boundary:
     """PASS where log_ratio >= ln(1/alpha), FAIL where it is <= ln(beta): straight lines of failures over samples.
 
-    P(PASS) <= alpha for every p <= p0 and P(FAIL) <= beta for every p >= p1, however often one looks (Ville). Wald's own
-    bounds, ln((1 - beta)/alpha) and ln(beta/(1 - alpha)), are a little narrower and may exceed alpha and beta.
+    P(PASS) <= alpha for every p <= p0 and P(FAIL) <= beta for every p >= p1, for any number of looks (Ville). The bounds of
+    Wald, ln((1 - beta)/alpha) and ln(beta/(1 - alpha)), are a little narrower and may exceed alpha and beta.
     `looks`: numbers of samples. ValueError unless 0 < p0 < p1 < 1 and alpha, beta are between 0 and 1.
     """
     check_share("alpha", alpha)
@@ -92,11 +92,11 @@ def sprt_boundary(looks: ArrayLike, p0: float, p1: float, alpha: float, beta: fl
 
 
 def _steps(p0: float, p1: float) -> tuple[float, float]:
-    """What a success adds to the log-likelihood ratio and what a failure takes, both > 0."""
+    """What a success adds to the log-likelihood ratio and what a failure subtracts, both > 0."""
     check_share("p0", p0)
     check_share("p1", p1)
     if not p0 < p1:
-        raise ValueError(f"p1 must be larger than p0; found {p1} and {p0}")
+        raise invalid("p1 must be larger than p0", f"{p1} and {p0}")
     return float(np.log(p1 / p0)), float(np.log1p(-p0) - np.log1p(-p1))
 
 
