@@ -44,7 +44,7 @@ def command(
 
 
 def _show(result: Bench, output: Output) -> None:
-    from rvjax.execution.bench.workload import OWN
+    from rvjax.execution.bench.workload import RVJAX
 
     case, machine = result.case, result.machine
     output.text(
@@ -66,7 +66,7 @@ def _show(result: Bench, output: Output) -> None:
     output.text("rvjax ×: how many times as fast rvjax is. differs: where flights end, relative to the largest error.")
     for way, why in result.unavailable.items():
         output.text(f"{way}: not measured, {why}")
-    if not result.unavailable and not set(result.steps_per_s).difference(OWN):
+    if not result.unavailable and not set(result.steps_per_s).difference(RVJAX):
         output.text("no yardsticks: they are in `benchmarks` of a clone, `--yardsticks DIR` says where")
     output.text(
         f"first chunk after {result.cold_s:.1f} s cold, {result.warm_s:.1f} s warm; peak memory {result.peak_memory_mb:.0f} MB"

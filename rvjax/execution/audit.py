@@ -1,11 +1,11 @@
 """Audit: proof that every dispersion reaches the flight, and that it acts.
 
-    reading   what the compiled program has in hand at t = 0 is what the table says: bit for bit where a draw is a number of the
-              flight, and by an independent formula where numbers are derived from it
-    effect    a stream moved alone, everything else as it was, changes some number of the state or of the metrics
+    read back   the numbers inside the compiled program at t = 0 equal the table: bit for bit where a draw is a number of the
+                flight, by an independent formula where numbers are derived from draws
+    effect      moving a single stream changes some number of the state or of the metrics
 
-A pair of lanes flies one sample twice, once with one stream moved; so all streams are tried in one chunk of the campaign's own
-program. Where a pair stays equal to the last bit, other samples are tried, those first in which a fault begins early.
+A pair of lanes flies the same sample twice, with a stream moved in the second lane. So a single chunk of the campaign's program
+tries all streams. Where a pair stays equal to the last bit, other samples are tried, those with an early fault first.
 """
 
 from __future__ import annotations
@@ -39,20 +39,20 @@ from rvjax.simulation.problem import Problem
 Values = NDArray[np.float64]
 
 POOL = 8 * LANES
-"""Samples out of which those are taken that a stream is tried on."""
+"""Number of samples from which those for a stream are chosen."""
 
 ROUNDS = 4
-"""Chunks that are flown at most; the later ones try those streams again that had no effect."""
+"""Largest number of rounds; later rounds try the streams without an effect on other samples."""
 
 LOOK_S = 5.0
-"""Time of flight between two looks at whether every stream has had its effect [s]."""
+"""Time of flight between two checks of the effects [s]."""
 
 
 @dataclass(frozen=True)
 class Audit:
-    """streams: how many were tried; columns: how many were read back. unlike: what the flight has in another way than the table,
-    in words. idle: the streams without an effect, with the number of samples that each was tried on. moved: the others, each with
-    the number of the state, or else of a metric, that it changed most where it was first seen to."""
+    """streams: number tried. columns: number read back. unlike: sentences on numbers that differ between flight and table.
+    idle: stream without an effect → number of samples tried. moved: stream with an effect → the number of the state, else of a
+    metric, that it changed most when the effect was first seen."""
 
     streams: int
     columns: int
@@ -62,7 +62,7 @@ class Audit:
 
     @property
     def record(self) -> Audited:
-        """What a run folder keeps of it."""
+        """The record that a run folder keeps."""
         return Audited(
             dispersions=self.streams,
             read_back=self.columns,
@@ -73,8 +73,8 @@ class Audit:
 
     def __str__(self) -> str:
         allowed = f"; without an effect, as allowed: {', '.join(self.idle)}" if self.idle else ""
-        told = f"audit: {self.columns} columns are in the flight what the table says"
-        return f"{told}; {len(self.moved)} dispersions each act alone{allowed}"
+        equal = f"audit: {self.columns} columns are equal in the flight and in the table"
+        return f"{equal}; {len(self.moved)} dispersions each act alone{allowed}"
 
 
 def audit(problem: Problem, flyer: Flyer) -> Audit:
@@ -95,13 +95,13 @@ def audit(problem: Problem, flyer: Flyer) -> Audit:
             acted, read = _fly(problem, flyer, pairs)
             tried.update(name for name, _ in pairs)
             columns |= {column for reading in read for column in reading.columns}
-            unlike |= {" ".join(reading.columns): found for reading in read if (found := _unlike(reading))}
+            unlike |= {" ".join(reading.columns): sentence for reading in read if (sentence := _unlike(reading))}
             moved |= acted
             for name in acted:
                 del waiting[name]
     idle = {name: tried[name] for name in waiting}
     missing = set(pool.values) - columns
-    unlike |= {name: f"{name}: nothing tells what the flight has of it" for name in sorted(missing)}
+    unlike |= {name: f"{name}: no number of the flight shows this draw" for name in sorted(missing)}
     moved = {name: moved[name] for name in pool.streams if name in moved}
     return Audit(len(pool.streams), len(columns), tuple(unlike.values()), idle, moved)
 
@@ -109,55 +109,57 @@ def audit(problem: Problem, flyer: Flyer) -> Audit:
 def prove(problem: Problem, flyer: Flyer, baseline: bool = False) -> Audit:
     """The audit of a problem whose dispersions all reach the flight and act.
 
-    baseline: another controller on the draws of a campaign whose audit is done. Under a law that loses a flight before its faults
-    come they do nothing, so only the controller's own draws have to act.
+    baseline: another controller flies the draws of an audited campaign. If it loses a flight before the faults begin, they have
+    no effect; so only the draws of the controller have to act.
 
-    Errors: AuditError where the flight has other numbers than the table; CampaignError naming every dispersion that does nothing
-    and is not allowed to.
+    Errors: AuditError where a number of the flight differs from the table; CampaignError naming every dispersion that
+    does nothing and is not in audit.allow.
     """
-    found = audit(problem, flyer)
-    if found.unlike:
-        raise AuditError("what flies is not what the table says; please report this\n" + "\n".join(found.unlike))
+    result = audit(problem, flyer)
+    if result.unlike:
+        sentences = "\n".join(result.unlike)
+        raise AuditError(f"internal error (a bug in rvjax): the flight differs from the table; please report it\n{sentences}")
     source, allowed = problem.spec.source, problem.spec.audit.allow
-    judged = [name for name in found.idle if not baseline or covers("controller", name)]
-    if wrong := [name for name in judged if not any(covers(one, name) for one in allowed)]:
-        raise CampaignError(source.finding(_place(source.value, name), *_words(name, found.idle[name])) for name in wrong)
-    return found
+    judged = [name for name in result.idle if not baseline or covers("controller", name)]
+    if wrong := [name for name in judged if not any(covers(prefix, name) for prefix in allowed)]:
+        raise CampaignError(source.finding(_place(source.value, name), *_no_effect(name, result.idle[name])) for name in wrong)
+    return result
 
 
-def _words(name: str, tried: int) -> tuple[str, str]:
-    found = f"{name} does nothing: moving it alone changed no number in {tried} flights"
-    return found, "accepted: a dispersion that acts, or its name under audit.allow"
+def _no_effect(name: str, tried: int) -> tuple[str, str]:
+    """The two halves of the finding on a dispersion without an effect."""
+    what = f"{name} does nothing: moving it alone changed no number in {tried} flights"
+    return what, "accepted: a dispersion that acts, or its name under audit.allow"
 
 
-def _place(said: Any, name: str) -> Place:
-    """Where a campaign says something of a draw: as far as the steps of its name lead."""
+def _place(node: Any, name: str) -> Place:
+    """The place of a draw in the campaign file, as far as the parts of its name lead."""
     place: Place = ()
     for step in name.split("."):
-        key = _key(said, step)
+        key = _key(node, step)
         if key is None:
             break
-        place, said = (*place, key), said[key]
+        place, node = (*place, key), node[key]
     return place
 
 
-def _key(said: Any, step: str) -> str | int | None:
-    """The key, in whatever unit, or the index that a step of a name means; None where it leads nowhere."""
-    if is_mapping(said):
+def _key(node: Any, step: str) -> str | int | None:
+    """The key (in any unit) or the index for a part of a name; None where there is none."""
+    if is_mapping(node):
         stem = units.split(step)[0]
-        return next((key for key in said if key == step or units.split(key)[0] == stem), None)
-    if not is_list(said):
+        return next((key for key in node if key == step or units.split(key)[0] == stem), None)
+    if not is_list(node):
         return None
-    if step in (names := entry_names(said)):
+    if step in (names := entry_names(node)):
         return names.index(step)
-    named = [*COMPONENTS.values(), thruster_names(len(said))]
-    fitting = (components for components in named if step in components and len(components) == len(said))
+    named = [*COMPONENTS.values(), thruster_names(len(node))]
+    fitting = (components for components in named if step in components and len(components) == len(node))
     return next((components.index(step) for components in fitting), None)
 
 
 def _candidates(problem: Problem, pool: Draws, name: str) -> Iterator[int]:
-    """Samples of the pool that a stream is tried on. Of a fault's channel: those in which it begins first, if at all. Of a
-    schedule: any one, then those in which it decides on a channel, the earliest onset first."""
+    """Samples of the pool on which a stream is tried. For a fault's channel: those with a fault there, the earliest onset first.
+    For a schedule: sample 0, then those in which it decides on a channel, the earliest onset first."""
     fault = next((part for part in problem.faults if covers(part.prefix, name)), None)
     if fault is None:
         yield from range(POOL)
@@ -166,8 +168,8 @@ def _candidates(problem: Problem, pool: Draws, name: str) -> Iterator[int]:
     if covers(f"{fault.prefix}.schedule", name):
         yield 0
         other = Draws.of(problem, pool.samples, {name: np.ones(POOL, dtype=bool)})[0]
-        onsets = [np.minimum(x, other.values[n]) for n, x in _own(pool, begins) if n in other.values]
-        differ = [x != other.values[n] for n, x in _own(pool, begins) if n in other.values]
+        onsets = [np.minimum(x, other.values[n]) for n, x in _draws_under(begins, pool) if n in other.values]
+        differ = [x != other.values[n] for n, x in _draws_under(begins, pool) if n in other.values]
         first = np.min(np.where(differ, onsets, np.inf), axis=0, initial=np.inf)
     else:
         first = pool.values.get(f"{begins}.{name.rpartition('.')[2]}", np.full(POOL, np.inf))
@@ -177,13 +179,13 @@ def _candidates(problem: Problem, pool: Draws, name: str) -> Iterator[int]:
         yield from range(POOL)
 
 
-def _own(draws: Draws, beginning: str) -> list[tuple[str, Values]]:
-    """The draws of a table under a name."""
-    return [(name, values) for name, values in draws.values.items() if covers(beginning, name)]
+def _draws_under(prefix: str, draws: Draws) -> list[tuple[str, Values]]:
+    """The draws whose names begin with a prefix."""
+    return [(name, values) for name, values in draws.values.items() if covers(prefix, name)]
 
 
 def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[dict[str, str], list[ReadBack]]:
-    """The streams that acted in one of their pairs, each with what it changed, and what was read back of all lanes."""
+    """The streams that acted in a pair, each with the number it changed; and the numbers read back from all lanes."""
     samples = np.resize(np.repeat([sample for _, sample in pairs], 2), LANES).astype(np.int64)
     names = [name for name, _ in pairs]
     moved = {name: np.zeros(LANES, dtype=bool) for name in names}
@@ -202,36 +204,36 @@ def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[
         return not acted.keys() >= set(names)
 
     steps, every = problem.spec.horizon.steps, max(1, round(LOOK_S / problem.spec.horizon.step_s))
-    instants = {steps, *range(every, steps, every), *(one for one in (1, 10) if one < steps)}
+    instants = {steps, *range(every, steps, every), *(step for step in (1, 10) if step < steps)}
     flyer.watch(drawn, sorted(instants), look)
     return acted, read
 
 
 def _signals(problem: Problem, carry: Carry) -> list[str]:
-    """Of each pair the number that differs most between its two lanes, measured by its largest value in any lane; empty where all
-    are the same to the last bit. Numbers of the state go before those of the metrics."""
-    found = [""] * (LANES // 2)
-    folds = {next(iter(metric.columns)): own for metric, own in zip(problem.metrics, carry.accumulators, strict=True)}
-    for part in (carry.y, folds, {"lost_s": carry.lost_s}):
+    """For each pair the number that differs most between its lanes, relative to its largest value in any lane; empty where all
+    are equal to the last bit. Numbers of the state go before those of the metrics."""
+    signals = [""] * (LANES // 2)
+    accumulators = {next(iter(metric.columns)): state for metric, state in zip(problem.metrics, carry.accumulators, strict=True)}
+    for part in (carry.y, accumulators, {"lost_s": carry.lost_s}):
         paths, leaves = zip(*jax.tree_util.tree_flatten_with_path(part)[0], strict=True)
         shares = np.stack([_shares(leaf) for leaf in leaves])
         for pair, (place, share) in enumerate(zip(np.argmax(shares, axis=0), np.max(shares, axis=0), strict=True)):
-            if not found[pair] and share >= 0.0:
-                found[pair] = jax.tree_util.keystr(paths[place], simple=True, separator=".")
-    return found
+            if not signals[pair] and share >= 0.0:
+                signals[pair] = jax.tree_util.keystr(paths[place], simple=True, separator=".")
+    return signals
 
 
 def _shares(leaf: Values) -> Values:
-    """(pairs,) by what share of its largest value a number differs in the two lanes of a pair; below 0 where it does not."""
-    own, other = leaf[0 : LANES // 2 * 2 : 2], leaf[1 : LANES // 2 * 2 : 2]
-    same = (own == other) | (np.isnan(own) & np.isnan(other))
+    """(pairs,) difference between the lanes of a pair over the largest value in any lane; −1 where they are equal."""
+    first, second = leaf[0 : LANES // 2 * 2 : 2], leaf[1 : LANES // 2 * 2 : 2]
+    same = (first == second) | (np.isnan(first) & np.isnan(second))
     with np.errstate(invalid="ignore", over="ignore"):
-        share = np.abs(own - other) / np.max(np.abs(leaf[np.isfinite(leaf)]), initial=np.finfo(leaf.dtype).tiny)
+        share = np.abs(first - second) / np.max(np.abs(leaf[np.isfinite(leaf)]), initial=np.finfo(leaf.dtype).tiny)
     return np.where(same, -1.0, np.where(np.isnan(share), np.inf, share))
 
 
 def _unlike(reading: ReadBack) -> str:
-    """What is wrong with a reading, in words; empty where nothing is."""
+    """A sentence on a number that differs between flight and table; empty where they agree."""
     digits = np.finfo(jax_config.precision()).eps
     table = reading.table.astype(jax_config.precision()) if reading.exact else reading.table
     inside = np.asarray(reading.inside, dtype=np.float64)

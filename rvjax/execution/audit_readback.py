@@ -1,11 +1,11 @@
-"""Readings: what the flight has of each draw, beside what the table says of it.
+"""Read back: each number of the flight that comes from draws, beside its value by the table.
 
-Where a draw is a number of the flight, it is read. Where numbers of the flight are derived from draws, they are derived here
-again, by other formulas and from the columns of the table alone:
+Where a draw is a number of the flight, it is read. Where numbers of the flight are derived from draws, they are computed again,
+by other formulas and from the columns of the table alone:
 
     J = Σ Jᵢ aᵢaᵢᵀ,  aᵢ = eᵢ turned by the tilt about the axis, or by the drawn rotation (Rodrigues' formula)
     J_C = J − m c^× (c^×)ᵀ,  c the centre of mass
-    limit = nominal limit · spread,  largest thrust = nominal one · spread
+    limit = nominal limit · spread,  largest thrust = nominal largest thrust · spread
     r = r(a, e, ν),  v = v(a, e, ν) in the perifocal frame, by vis-viva and the flight path angle; turned by the MRP as a matrix
 """
 
@@ -33,12 +33,12 @@ from rvjax.simulation.problem import NEVER, Part, Problem
 Values = NDArray[np.float64]
 
 WELL = 20.0
-"""Ratio of the largest to the smallest moment of inertia up to which J J⁻¹ = I is asked for to the last digits."""
+"""Ratio of the largest to the smallest moment of inertia up to which J J⁻¹ = I must hold to the last digits."""
 
 
 @dataclass(frozen=True)
 class ReadBack:
-    """One number of the flight, in every lane: as the table has it, and as the compiled program has it.
+    """A number of the flight in every lane: by the table, and inside the compiled program.
 
     columns: the draws that it comes from. exact: it is the draw itself, in the precision of the flight.
     """
@@ -50,7 +50,7 @@ class ReadBack:
 
 
 def readings(problem: Problem, draws: Draws, numbers: Drawn) -> list[ReadBack]:
-    """Everything that was drawn; numbers: what the compiled program has in hand."""
+    """All numbers that come from draws. numbers: those inside the compiled program."""
     return [reading for reading in (*_direct(problem, draws, numbers), *_derived(problem, draws, numbers)) if reading.columns]
 
 
@@ -73,31 +73,31 @@ def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack
         (problem.disturbances, numbers.disturbances),
         (problem.navigation, numbers.navigation),
     )
-    for parts, found in groups:
-        for part, own in zip(parts, found, strict=True):
-            named |= {f"{part.prefix}.{name}": own[name] for name in part.quantities}
+    for parts, values in groups:
+        for part, part_values in zip(parts, values, strict=True):
+            named |= {f"{part.prefix}.{name}": part_values[name] for name in part.quantities}
     gains = numbers.gains
     named |= {f"{problem.controller.prefix}.{name}": gains[name.removeprefix("gains.")] for name in problem.controller.quantities}
     for name, value in named.items():
-        yield from _one(draws, name, value)
-    for part, own in zip(problem.faults, numbers.faults, strict=True):
-        yield from _schedule(draws, part, own)
+        yield from _components(draws, name, value)
+    for part, values in zip(problem.faults, numbers.faults, strict=True):
+        yield from _schedule(draws, part, values)
 
 
-def _one(draws: Draws, name: str, value: Any) -> Iterator[ReadBack]:
-    """A scalar, or the components of a vector, of the channels or of the thrusters, as far as they are drawn."""
+def _components(draws: Draws, name: str, value: Any) -> Iterator[ReadBack]:
+    """A scalar, or the drawn components of a vector, of the channels or of the thrusters."""
     parts = value.parts() if hasattr(value, "parts") else (value,)
     known = {len(components): components for components in COMPONENTS.values() if components}
     components = ("",) if len(parts) == 1 else known.get(len(parts)) or thruster_names(len(parts))
     for component, inside in zip(components, parts, strict=True):
-        if (own := f"{name}.{component}".rstrip(".")) in draws.values:
-            yield ReadBack((own,), draws.values[own], inside)
+        if (column := f"{name}.{component}".rstrip(".")) in draws.values:
+            yield ReadBack((column,), draws.values[column], inside)
 
 
-def _schedule(draws: Draws, part: Part, own: Any) -> Iterator[ReadBack]:
-    """How many channels fail."""
+def _schedule(draws: Draws, part: Part, values: Any) -> Iterator[ReadBack]:
+    """The number of channels that fail."""
     if (name := f"{part.prefix}.schedule.failing") in draws.values:
-        begins = [onset < NEVER.value for onset in own["onset_s"].parts()]
+        begins = [onset < NEVER.value for onset in values["onset_s"].parts()]
         yield ReadBack((name,), draws.values[name], np.sum(begins, axis=0))
     for what in ("count", "probability"):  # they decide the onsets, which are read
         if (name := f"{part.prefix}.schedule.{what}") in draws.values:
@@ -112,72 +112,75 @@ def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBac
         limits = [(nominal, "actuators.spread", plant.thrust)]
     else:
         sides = (("upper", plant.upper), ("lower", plant.lower))
-        said = {side: _said(draws, f"actuators.{side}", actuators[f"actuators.{side}"]) for side, _ in sides}
-        limits = [(said[side], f"actuators.spread.{side}", true) for side, true in sides]
+        table = {side: _by_table(draws, f"actuators.{side}", actuators[f"actuators.{side}"]) for side, _ in sides}
+        limits = [(table[side], f"actuators.spread.{side}", true) for side, true in sides]
     for nominal, spread, true in limits:
         for (limit, *first), (factor, *second), inside in zip(
-            nominal, _said(draws, spread, actuators[spread]), true.parts(), strict=True
+            nominal, _by_table(draws, spread, actuators[spread]), true.parts(), strict=True
         ):
             yield ReadBack((*first, *second), limit * factor, inside, exact=False)
-    found = ((plant.inertia, plant.inertia_inverse), (plant.target_inertia, plant.target_inertia_inverse))
-    for body, (inertia, inverse) in zip(bodies(spec), found, strict=True):
+    inertias = ((plant.inertia, plant.inertia_inverse), (plant.target_inertia, plant.target_inertia_inverse))
+    for body, (inertia, inverse) in zip(bodies(spec), inertias, strict=True):
         yield from _body(draws, body, inertia, inverse)
     yield from _orbit(problem, draws, numbers)
     yield from _context(problem, draws, numbers)
 
 
-def _said(draws: Draws, name: str, quantity: Quantity) -> list[tuple[Any, ...]]:
-    """(value, its column if it is drawn) of each component, as the table has it."""
+def _by_table(draws: Draws, name: str, quantity: Quantity) -> list[tuple[Any, ...]]:
+    """(value by the table, its column if it is drawn) of each component."""
     names = [f"{name}.{component}" for component in quantity.components] or [name]
     fixed = [part.low for part in quantity.parts] or [0.0] * len(names)
     return [
-        (draws.values[own], own) if own in draws.values else (draws.same(low),) for own, low in zip(names, fixed, strict=True)
+        (draws.values[column], column) if column in draws.values else (draws.same(low),)
+        for column, low in zip(names, fixed, strict=True)
     ]
 
 
 def _body(draws: Draws, body: Body, true: Any, inverse: Any) -> Iterator[ReadBack]:
-    """The inertia about the centre of mass, and that its inverse is one where it is a body's: a moved draw may make none."""
+    """The inertia about the centre of mass, and its inverse where the inertia is physical: a moved draw may not be."""
     expected, columns = _inertia(draws, body.path, body.inertia)
     if body.beside:
-        (mass, *heavy), *centre = (item for name, one in body.beside.items() for item in _said(draws, name, one))
+        (mass, *heavy), *centre = (item for name, quantity in body.beside.items() for item in _by_table(draws, name, quantity))
         arm = _skew(np.stack([value for value, *_ in centre], axis=-1))
         expected = expected - mass[:, None, None] * (arm @ np.swapaxes(arm, 1, 2))
         columns += (*heavy, *(column for _, *drawn in centre for column in drawn))
     inside = _matrix(true)
     places = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
     entries = [
-        _said(draws, f"{body.path}.{name}", one) for name, one in body.inertia.quantities().items() if one.shape == "vector"
+        _by_table(draws, f"{body.path}.{name}", quantity)
+        for name, quantity in body.inertia.quantities().items()
+        if quantity.shape == "vector"
     ]
     plain = isinstance(body.inertia, MatrixInertia) and not body.beside
-    own = [tuple(column) for said in entries for _, *column in said] if plain else [columns] * len(places)
-    for (i, j), those in zip(places, own, strict=True):
-        yield ReadBack(those, expected[:, i, j], inside[:, i, j], exact=plain)
+    sources = [tuple(column) for entry in entries for _, *column in entry] if plain else [columns] * len(places)
+    for (i, j), source in zip(places, sources, strict=True):
+        yield ReadBack(source, expected[:, i, j], inside[:, i, j], exact=plain)
     sizes = np.linalg.eigvalsh(inside)
     clear = sizes[:, 0] * WELL > sizes[:, 2]
     product = np.where(clear[:, None, None], inside @ _matrix(inverse), np.eye(3))
     for i, j in np.ndindex(3, 3):
         yield ReadBack(columns, draws.same(float(i == j)), product[:, i, j], exact=False)
-    if (name := f"{body.path}.rejected") in draws.values:  # it counts what does not fly
+    if (name := f"{body.path}.rejected") in draws.values:  # it counts rejected draws, which do not fly
         yield ReadBack((name,), draws.values[name], draws.values[name])
 
 
 def _inertia(draws: Draws, name: str, inertia: PrincipalInertia | MatrixInertia) -> tuple[Values, tuple[str, ...]]:
     """(samples, 3, 3) J about the reference point, and the columns that it comes from."""
     moments, products = inertia.entries
-    said = [*_said(draws, f"{name}.{'moments' if products else 'principal'}", moments)]
+    entries = [*_by_table(draws, f"{name}.{'moments' if products else 'principal'}", moments)]
     if products is not None:
-        said += _said(draws, f"{name}.products", products)
-        xx, yy, zz, yz, xz, xy = (value for value, *_ in said)
+        entries += _by_table(draws, f"{name}.products", products)
+        xx, yy, zz, yz, xz, xy = (value for value, *_ in entries)
         whole = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3)
-        return whole, tuple(column for _, *drawn in said for column in drawn)
+        return whole, tuple(column for _, *drawn in entries for column in drawn)
     assert isinstance(inertia, PrincipalInertia)
-    ((tilt, *tilted),) = _said(draws, f"{name}.tilt_rad", inertia.tilt_rad)
+    ((tilt, *tilted),) = _by_table(draws, f"{name}.tilt_rad", inertia.tilt_rad)
     turning = "rotation" if inertia.attitude else "axis"
-    turn = [draws.values.get(f"{name}.{turning}.{one}", draws.same(float(one == "x"))) for one in "xyz"]
-    columns = [column for _, *drawn in said for column in drawn] + tilted
-    columns += [f"{name}.{turning}.{one}" for one in "xyz" if f"{name}.{turning}.{one}" in draws.values]
+    turn = [draws.values.get(f"{name}.{turning}.{axis}", draws.same(float(axis == "x"))) for axis in "xyz"]
+    columns = [column for _, *drawn in entries for column in drawn] + tilted
+    columns += [column for axis in "xyz" if (column := f"{name}.{turning}.{axis}") in draws.values]
     turned = _from_mrp(np.stack(turn, axis=-1)) if inertia.attitude else _rodrigues(np.stack(turn, axis=-1), tilt)
-    diagonal = np.stack([value for value, *_ in said], axis=-1)
+    diagonal = np.stack([value for value, *_ in entries], axis=-1)
     return np.einsum("nij,nj,nkj->nik", turned, diagonal, turned), tuple(columns)
 
 
@@ -188,14 +191,16 @@ def _matrix(symmetric: Any) -> Values:
 
 
 def _context(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
-    """The docking axis, and the last onset inside the flight, as the metrics have them."""
-    port = _said(draws, "target.port_m", problem.spec.target.port_m)
+    """The docking axis and the last onset inside the flight, as the metrics get them."""
+    port = _by_table(draws, "target.port_m", problem.spec.target.port_m)
     columns = tuple(column for _, *drawn in port for column in drawn)
     vector = np.stack([value for value, *_ in port], axis=-1)
     length = np.linalg.norm(vector, axis=-1, keepdims=True)
     for row, inside in zip((vector / np.where(length > 0.0, length, 1.0)).T, numbers.context.axis.parts(), strict=True):
         yield ReadBack(columns, row, inside, exact=False)
-    onsets = [one for part in problem.faults for one in _said(draws, f"{part.prefix}.onset_s", part.quantities["onset_s"])]
+    onsets = [
+        onset for part in problem.faults for onset in _by_table(draws, f"{part.prefix}.onset_s", part.quantities["onset_s"])
+    ]
     inside = [np.where(x <= problem.spec.horizon.duration_s, x, -np.inf) for x, *_ in onsets]
     columns = tuple(column for _, *drawn in onsets for column in drawn)
     yield ReadBack(columns, np.max([draws.same(-np.inf), *inside], axis=0), numbers.context.last_onset_s)
@@ -224,14 +229,14 @@ def _from_mrp(sigma: Values) -> Values:
 
 def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
     target = problem.spec.target
-    said = {
-        "semi_major_axis_m": _said(draws, "target.orbit.semi_major_axis_m", target.orbit.semi_major_axis_m)[0],
-        "eccentricity": _said(draws, "target.orbit.eccentricity", target.orbit.eccentricity)[0],
-        "true_anomaly_rad": _said(draws, "target.orbit.true_anomaly_rad", target.orbit.true_anomaly_rad)[0],
+    elements = {
+        "semi_major_axis_m": _by_table(draws, "target.orbit.semi_major_axis_m", target.orbit.semi_major_axis_m)[0],
+        "eccentricity": _by_table(draws, "target.orbit.eccentricity", target.orbit.eccentricity)[0],
+        "true_anomaly_rad": _by_table(draws, "target.orbit.true_anomaly_rad", target.orbit.true_anomaly_rad)[0],
     }
-    mrp = _said(draws, "target.attitude_mrp", target.attitude_mrp)
-    columns = tuple(column for _, *drawn in (*said.values(), *mrp) for column in drawn)
-    a, e, anomaly = (value for value, *_ in said.values())
+    mrp = _by_table(draws, "target.attitude_mrp", target.attitude_mrp)
+    columns = tuple(column for _, *drawn in (*elements.values(), *mrp) for column in drawn)
+    a, e, anomaly = (value for value, *_ in elements.values())
     distance = a * (1.0 - e * e) / (1.0 + e * np.cos(anomaly))
     speed = np.sqrt(MU_EARTH * (2.0 / distance - 1.0 / a))
     climb = np.arctan2(e * np.sin(anomaly), 1.0 + e * np.cos(anomaly))

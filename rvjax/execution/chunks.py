@@ -1,7 +1,6 @@
-"""ChunkRunner: flies chunks of one campaign by their numbers.
+"""Chunks of a campaign, flown by their numbers.
 
-A chunk is a pure function of its number and the run's identity: which pilot flies it, in which process, when, or how often
-does not matter.
+A chunk is a pure function of its number and the run's identity: the process, the time and the number of flights do not matter.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What this machine flies with, and what is wrong with it."""
+"""The state of this installation: versions, devices, settings, and what is wrong with them."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ class Health:
 
 
 def examine(folder: Path | None = None) -> Health:
-    """Versions, devices and settings; with a run folder, also whether each of its files is what was written.
+    """Versions, devices and settings; with a run folder also whether each of its files is intact.
 
-    A damaged manifest or journal is made again from the files of data."""
+    A damaged manifest or journal is rebuilt from the data files."""
     complaints: list[str] = []
     facts: dict[str, Any] = {"rvjax": rvjax.__version__, "python": sys.version.split()[0], "cores": cores()}
     for name in PACKAGES:
         try:
             facts[name] = version(name)
         except PackageNotFoundError:
-            complaints.append(f"{name} is not installed; install rvjax with pip, which brings it")
+            complaints.append(f"{name} is not installed; install rvjax with pip, which installs it")
     with warnings.catch_warnings(record=True) as refused:
         warnings.simplefilter("always", jax_config.SettingsWarning)
         jax_config.configure()
@@ -49,14 +49,14 @@ def examine(folder: Path | None = None) -> Health:
     facts["devices"] = jax_config.devices()
     facts["terminal"] = "yes" if sys.stdout.isatty() else "no"
     if not os.access(Path.cwd(), os.W_OK):
-        complaints.append(f"{Path.cwd()} cannot be written; runs need --out with a folder that can")
+        complaints.append(f"{Path.cwd()} cannot be written; use --out with a folder that can")
     damaged = False
     if folder is not None:
         try:
             opened = _open(folder, facts)
             opened.verify()
             facts["run folder"] = f"{folder}: every file is intact, {vars(opened.account())}"
-            facts["audit"] = str(opened.audit or "no record of it in this folder")
+            facts["audit"] = str(opened.audit or "no record in this folder")
         except FolderError as error:
             damaged = True
             complaints += str(error).splitlines()
@@ -64,14 +64,14 @@ def examine(folder: Path | None = None) -> Health:
 
 
 def _open(folder: Path, facts: dict[str, Any]) -> RunFolder:
-    """The run folder, its manifest made again where it is damaged."""
+    """The run folder; a damaged manifest is rebuilt."""
     if not any((folder / name).exists() for name in (MANIFEST, JOURNAL)):
-        return RunFolder.open(folder)  # says that it is none
+        return RunFolder.open(folder)  # raises: not a run folder
     try:
         return RunFolder.open(folder)
     except FolderError as error:
         with RunFolder.rebuild(folder) as rebuilt:
-            chunks = "1 chunk that is" if len(rebuilt.chunks) == 1 else f"{len(rebuilt.chunks)} chunks that are"
-            made = f"made again from {chunks} whole; the old one is in quarantine/"
-            facts["manifest"] = f"{str(error).rpartition('; ')[0]}; {made}"
+            count = len(rebuilt.chunks)
+            chunks = "1 intact chunk" if count == 1 else f"{count} intact chunks"
+            facts["manifest"] = f"{str(error).rpartition('; ')[0]}; rebuilt from {chunks}; the old manifest is in quarantine/"
         return RunFolder.open(folder)

@@ -1,4 +1,4 @@
-"""Flying samples again: the same compiled program on the same draws, so the metrics are those of the table, bit for bit."""
+"""Replay: the same compiled program on the same draws, so the metrics equal the table bit for bit."""
 
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
 # (JAX and pandas say little about their types)
@@ -30,8 +30,8 @@ Trace = tuple[pd.DataFrame, dict[str, Column]]
 
 
 def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFrame, dict[str, Column], dict[str, Any]]:
-    """Flies one sample of a run again: its trace (one row for every so many steps), the meaning of the trace's columns, and the
-    sample's row of the samples table, which the flight has reproduced exactly.
+    """Flies a sample of a run again. Returns its trace (a row for every `every`-th step), the meaning of the trace's columns, and
+    the sample's row of the samples table, which the flight has reproduced exactly.
 
     Errors: UsageError if the run has no such sample; FolderError if the run was flown by other code, packages or settings, or if
     the metrics are not those of the sample's row.
@@ -49,7 +49,7 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
 
 
 def recorded(folder: RunFolder, samples: Sequence[int]) -> pd.DataFrame:
-    """The rows of some samples, in their order, read from the chunks that hold them; UsageError where one is not there."""
+    """The rows of some samples, in the order given, read from their chunks; UsageError where a sample is missing."""
     wanted = np.unique(np.asarray(samples, dtype=np.int64))
     held = {entry.number: _between(wanted, entry.first, entry.first + entry.count) for entry in folder.chunks}
     if absent := sorted({*wanted.tolist()}.difference(*(part.tolist() for part in held.values()))):
@@ -65,31 +65,31 @@ def _between(ascending: NDArray[np.int64], low: int, high: int) -> NDArray[np.in
 
 
 def trace_file(path: Path) -> Path:
-    """The path, or UsageError if its suffix tells no format that `save` knows."""
+    """The path; UsageError where its suffix is no format of `save`."""
     if path.suffix not in (".parquet", ".csv"):
-        raise UsageError(f"{path}: cannot tell the format; accepted: a name that ends in .parquet or .csv")
+        raise UsageError(f"{path}: unknown format; accepted: a name that ends in .parquet or .csv")
     return path
 
 
 def save(path: Path, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-    """Writes a trace as Parquet (with units and meanings) or, by its suffix, as CSV. UsageError where that cannot be done."""
+    """Writes a trace as Parquet (with units and meanings) or as CSV, by the suffix. UsageError where it cannot be written."""
     trace_file(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         data = encode(frame, columns) if path.suffix == ".parquet" else frame.to_csv(index=False).encode()
         path.write_bytes(data)
     except OSError as error:
-        raise UsageError(f"{path}: cannot be written ({error.strerror}); accepted: a place that can") from error
+        raise UsageError(f"{path}: cannot be written ({error.strerror}); accepted: a path that can be written") from error
 
 
 def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, rows: pd.DataFrame) -> Mapping[int, Trace]:
-    """The traces of some samples, flown together in one chunk. rows: of the samples table, those of these samples at least, which
-    their metrics must equal.
+    """The traces of some samples, flown together in a chunk. rows: of the samples table, at least those of the samples; the
+    metrics of the flights must equal them.
 
     Errors: FolderError naming the samples whose metrics differ.
     """
     if len(samples) > LANES:
-        raise UsageError(f"{len(samples)} samples to trace; accepted: at most {LANES}")
+        raise UsageError(f"{len(samples)} samples to trace; accepted: up to {LANES}")
     numbers = np.resize(np.asarray(samples, dtype=np.int64), LANES)
     draws, drawn = Draws.of(problem, numbers)
     flown = flyer.fly(drawn, problem.spec.horizon.steps, every, trace=range(len(samples)))

@@ -171,7 +171,7 @@ def test_the_program_refuses_and_says_where(tmp_path: Any, rvjax: Run) -> None:
     assert not list((tmp_path / "run" / "samples").glob("*"))
     code, out, err = rvjax("validate", "--audit", path, "--set", "audit.allow=[actuators.lower]")
     assert code == 0, err
-    assert "audit: 5 columns are in the flight what the table says; 4 dispersions each act alone" in out
+    assert "audit: 5 columns are equal in the flight and in the table; 4 dispersions each act alone" in out
     assert "without an effect, as allowed: actuators.lower.tz" in out
 
 

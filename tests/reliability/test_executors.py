@@ -160,7 +160,7 @@ def test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept(
     with scheduler() as (address, _), worker(address, "--nworkers", "2", "--preload", str(tmp_path / "poison.py")):
         code, _, err = ended(run(tmp_path / "run", "--dask", address))
     assert code == 4, err
-    assert f"chunk 4 (samples {4 * LANES} to {5 * LANES - 1}) could not be flown: worker after worker died flying it" in err
+    assert f"chunk 4 (samples {4 * LANES} to {5 * LANES - 1}) could not be flown: every worker that flew it died" in err
     assert err.count("could not be flown") == 1
     assert "Traceback" not in err
     assert f"--dask {address}" in err
@@ -214,7 +214,7 @@ def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
                 stack.enter_context(Client(address)).wait_for_workers(2, timeout=60)
 
         fly(runner, tmp_path / "run", workers(address, said.append), come)
-    assert any("is sent away, it would fly other bits:\nxla_flags: the client has" in text for text in said)
+    assert any("is retired, since it would fly other bits:\nxla_flags: the client has" in text for text in said)
     assert sorted(flown) == list(range(CHUNKS))
     assert data(tmp_path / "run") == inline
 

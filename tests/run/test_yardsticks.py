@@ -11,7 +11,7 @@ import pytest
 from benchmarks import YARDSTICKS
 from rvjax.errors import IncompleteError, UsageError
 from rvjax.execution.bench import measurement, own_flight
-from rvjax.execution.bench.workload import Case, UnavailableError, Values, case, own_folder, read, save, yardsticks
+from rvjax.execution.bench.workload import Case, UnavailableError, Values, case, clone_folder, read, save, yardsticks
 from rvjax.simulation.batch import LANES
 from tests.short import CAMPAIGN
 
@@ -46,7 +46,7 @@ def ours(smooth: Case) -> Values:
 @pytest.mark.parametrize("name", YARDSTICKS)
 def test_every_yardstick_flies_to_the_same_end(name: str, smooth: Case, ours: Values) -> None:
     """All metrics to 1e-9. Kills: a primitive translated wrongly, a step too many, drawn numbers in another order."""
-    module = yardsticks(own_folder())[name]
+    module = yardsticks(clone_folder())[name]
     try:
         found = smooth.values(module.prepare(smooth)())
     except UnavailableError as error:
@@ -88,7 +88,7 @@ def test_a_process_stands_ready_flies_and_hands_over(quick: Path, tmp_path: Path
         "precision": "float64",
         "start": str(tmp_path / "start.npz"),
         "result": str(tmp_path / "result.npz"),
-        "yardsticks": str(own_folder()),
+        "yardsticks": str(clone_folder()),
     }
     with measurement.Worker(spec) as worker:
         assert worker.answer()["ready"] > 0.0

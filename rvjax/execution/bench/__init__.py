@@ -1,8 +1,7 @@
-"""The speed of this machine: the product against yardsticks, in one run, on the same closed loop and the same samples.
+"""The speed of this machine: rvjax against yardsticks, in the same run, on the same closed loop and the same samples.
 
-Every way of flying is a process of its own, because compiler settings are made once a process. The processes stand ready and fly
-in turn, round after round, so that a ratio is between flights of the same moment; each waits for its results and hands them over,
-and all of them are compared.
+Every way of flying has its process, because compiler settings are made once for a process. The prepared processes fly in turn,
+round after round, so a ratio compares flights of the same moment. Each hands over its results, and all results are compared.
 """
 
 from __future__ import annotations

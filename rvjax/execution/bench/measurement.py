@@ -1,4 +1,4 @@
-"""The measurement: processes that stand ready and fly in turn, the ratios of their times, and whether they agree."""
+"""The measurement: prepared processes that fly in turn, the ratios of their times, and whether their results agree."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 
 from rvjax.cores import cores
 from rvjax.errors import IncompleteError
-from rvjax.execution.bench.workload import OWN, Case, Values, case, own_folder, read, yardsticks
+from rvjax.execution.bench.workload import RVJAX, Case, Values, case, clone_folder, read, yardsticks
 from rvjax.simulation import jax_config
 
 CHUNKS_PER_CORE = 1
 STEPS = 1600
 COMPARED = ("final_position_error_m", "final_attitude_error_deg")
-"""Where a flight ends: what ways without metrics give as well."""
+"""The end of a flight, which ways without metrics give as well."""
 
 TOLERANCE = 1e-3
 """Largest difference that counts as agreeing, relative to the largest error of all samples. The sign switches of the Levant
@@ -42,10 +42,10 @@ Say = Callable[[str], None]
 
 @dataclass
 class Bench:
-    """What came out.
+    """The result of a benchmark.
 
-    steps_per_s, samples_per_s, compile_s: by way. ratio: how many times as fast as a way `rvjax` is, median over the rounds of
-    the ratios within a round. apart: largest difference from `rvjax` of what is compared. unavailable: ways that could not fly,
+    steps_per_s, samples_per_s, compile_s: by way. ratio: time of a way over that of `rvjax`, median over the rounds of the
+    ratios within a round. apart: largest difference from `rvjax` in what is compared. unavailable: ways that cannot fly here,
     and why.
     cold_s, warm_s: from the start of `rvjax run` to its first chunk. growth: speed and memory by number of samples.
     """
@@ -66,7 +66,7 @@ class Bench:
 
 
 class Worker:
-    """A process that flies one way (`rvjax.execution.bench.worker`)."""
+    """A process that flies a single way (`rvjax.execution.bench.worker`)."""
 
     def __init__(self, spec: Mapping[str, Any]) -> None:
         self.name, self.result = str(spec["way"]), Path(spec["result"])
@@ -85,7 +85,7 @@ class Worker:
         self._process.wait()
 
     def answer(self) -> dict[str, Any]:
-        """The next document; IncompleteError if it has ended, with what was wrong on stderr."""
+        """The next document; IncompleteError where the process has ended; its stderr says why."""
         assert self._process.stdout is not None
         for line in self._process.stdout:
             if line.startswith("{"):
@@ -101,17 +101,17 @@ class Worker:
         return self.seconds[-1]
 
     def end(self) -> float:
-        """Ends the process, which writes its result first; the most memory it took, MB."""
+        """Ends the process, which writes its result first; returns its peak memory [MB]."""
         assert self._process.stdin is not None
         self._process.stdin.close()
         return float(self.answer()["peak_memory_mb"])
 
 
 def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: bool, say: Say) -> Bench:
-    """The product and every yardstick that can fly here.
+    """Measures rvjax and every yardstick that can fly here.
 
     campaign: default the starter campaign. rounds: flights of every way, in turn. folder: package of yardsticks, default that of
-    the clone in which this package lies. growth: also time and memory of up to 10⁶ samples.
+    this clone. growth: also time and memory for up to 10⁶ samples.
 
     Errors: CampaignError for the campaign; UsageError where `folder` has no yardsticks; IncompleteError where a process ends
     before it should.
@@ -119,55 +119,63 @@ def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: boo
     jax_config.configure("float64")
     from rvjax.simulation.batch import LANES
 
-    folder = folder or own_folder()
+    folder = folder or clone_folder()
     samples = CHUNKS_PER_CORE * cores() * LANES
-    with tempfile.TemporaryDirectory() as place, ExitStack() as stack:
-        path = campaign or _starter(Path(place))
-        start = Path(place) / "start-float64.npz"
-        flown = case(path, samples, STEPS, "float64", start)
-        settings = jax_config.settings()
-        found = Bench(
-            machine={**settings, "cores": cores(), "jax": version("jax"), "jaxlib": version("jaxlib")},
+    with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
+        place = Path(name)
+        path = campaign or _starter(place)
+        flown = case(path, samples, STEPS, "float64", place / "start-float64.npz")
+        result = Bench(
+            machine={**jax_config.settings(), "cores": cores(), "jax": version("jax"), "jaxlib": version("jaxlib")},
             case={"campaign": flown.problem.spec.name, "samples": samples, "steps": STEPS, "lanes": LANES, "rounds": rounds},
         )
         workers: dict[str, Worker] = {}
-        for way in (*OWN, *yardsticks(folder)):
+        for way in (*RVJAX, *yardsticks(folder)):
             say(f"preparing {way}")
-            precision = _precision(way)
-            spec = {
-                "way": way,
-                "campaign": str(path),
-                "samples": samples,
-                "steps": STEPS,
-                "precision": precision,
-                "start": str(Path(place) / f"start-{precision}.npz"),
-                "result": str(Path(place) / f"{way}.npz"),
-                "yardsticks": str(folder),
-            }
-            worker = stack.enter_context(Worker(spec))
-            ready = worker.answer()
-            if "unavailable" in ready:
-                found.unavailable[way] = ready["unavailable"]
+            worker = stack.enter_context(Worker(_order(way, path, samples, place, folder)))
+            answer = worker.answer()
+            if "unavailable" in answer:
+                result.unavailable[way] = answer["unavailable"]
             else:
-                workers[way], found.compile_s[way] = worker, ready["ready"]
+                workers[way], result.compile_s[way] = worker, answer["ready"]
         for number in range(rounds):
             say(f"round {number + 1} of {rounds}")
             for worker in workers.values():
                 worker.fly()
-        for way, worker in workers.items():
-            peak = worker.end()
-            if way == "rvjax":
-                found.peak_memory_mb = peak
-            found.steps_per_s[way] = samples * STEPS / median(worker.seconds)
-            found.samples_per_s[way] = samples / median(worker.seconds)
-            found.ratio[way] = median(b / a for a, b in zip(workers["rvjax"].seconds, worker.seconds, strict=True))
-        _compare(found, flown, workers)
+        _finish(result, samples, workers)
+        _compare(result, flown, workers)
         say("first chunk, cold and warm")
-        found.cold_s, found.warm_s = _first_chunk(path, Path(place), LANES)
+        result.cold_s, result.warm_s = _first_chunk(path, place, LANES)
         for number in GROWTH if growth else ():
             say(f"growth: {number:,} samples")
-            found.growth.append(growth_of(path, number))
-    return found
+            result.growth.append(growth_of(path, number))
+    return result
+
+
+def _order(way: str, campaign: Path, samples: int, place: Path, yardsticks_folder: Path | None) -> dict[str, Any]:
+    """What a worker process gets: see `rvjax.execution.bench.worker`."""
+    precision = _precision(way)
+    return {
+        "way": way,
+        "campaign": str(campaign),
+        "samples": samples,
+        "steps": STEPS,
+        "precision": precision,
+        "start": str(place / f"start-{precision}.npz"),
+        "result": str(place / f"{way}.npz"),
+        "yardsticks": str(yardsticks_folder),
+    }
+
+
+def _finish(result: Bench, samples: int, workers: Mapping[str, Worker]) -> None:
+    """Ends the workers; their speeds, and the ratios within each round."""
+    for way, worker in workers.items():
+        peak = worker.end()
+        if way == "rvjax":
+            result.peak_memory_mb = peak
+        result.steps_per_s[way] = samples * STEPS / median(worker.seconds)
+        result.samples_per_s[way] = samples / median(worker.seconds)
+        result.ratio[way] = median(b / a for a, b in zip(workers["rvjax"].seconds, worker.seconds, strict=True))
 
 
 def _starter(place: Path) -> Path:
@@ -177,22 +185,22 @@ def _starter(place: Path) -> Path:
 
 
 def _environment(spec: Mapping[str, Any]) -> dict[str, str]:
-    """The product makes its own settings; a yardstick flies without them."""
-    given = dict(os.environ)
-    if spec["way"] not in OWN:
-        given.pop("XLA_FLAGS", None)
-    return given
+    """rvjax makes its settings in XLA_FLAGS; a yardstick flies without them."""
+    environment = dict(os.environ)
+    if spec["way"] not in RVJAX:
+        environment.pop("XLA_FLAGS", None)
+    return environment
 
 
-def _compare(found: Bench, flown: Case, workers: Mapping[str, Worker]) -> None:
-    """How far the results of each way are from those of `rvjax`."""
+def _compare(result: Bench, flown: Case, workers: Mapping[str, Worker]) -> None:
+    """The distance of the results of each way from those of `rvjax`."""
     names = {name: 0.0 for metric in flown.problem.metrics for name in metric.columns}
     ours: Values | None = None
     for way, worker in workers.items():
-        values: Values = read(worker.result, names) if way in OWN else flown.values(read(worker.result, flown.carry))
+        values: Values = read(worker.result, names) if way in RVJAX else flown.values(read(worker.result, flown.carry))
         ours = ours or values
-        found.apart[way] = max(apart(values[name], ours[name]) for name in COMPARED)
-        found.agree[way] = found.apart[way] <= TOLERANCE
+        result.apart[way] = max(apart(values[name], ours[name]) for name in COMPARED)
+        result.agree[way] = result.apart[way] <= TOLERANCE
 
 
 def apart(values: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
@@ -206,7 +214,7 @@ def _precision(way: str) -> str:
 
 
 def _first_chunk(campaign: Path, place: Path, lanes: int) -> tuple[float, float]:
-    """Seconds from starting `rvjax run` to its first finished chunk: with an empty compile cache, and with what that left."""
+    """Seconds from the start of `rvjax run` to its first finished chunk, with an empty compile cache and with a filled cache."""
 
     def once(name: str) -> float:
         command = [sys.executable, "-m", "rvjax", "run", str(campaign), "--out", str(place / name), "--samples", str(4 * lanes)]
@@ -227,7 +235,7 @@ def _first_chunk(campaign: Path, place: Path, lanes: int) -> tuple[float, float]
 
 
 def growth_of(campaign: Path, samples: int) -> dict[str, float]:
-    """Speed, draws included, and memory of so many samples."""
+    """Speed (draws included) and memory for a number of samples."""
     spec = {"campaign": str(campaign), "samples": samples, "steps": GROWTH_STEPS, "precision": "float64"}
     done = subprocess.run(
         [sys.executable, "-m", "rvjax.execution.bench.scaling", json.dumps(spec)], stdout=subprocess.PIPE, text=True, check=True

@@ -1,4 +1,4 @@
-"""The product as a way of flying: chunks of fixed lanes through `Flyer`, one compiled program, a thread a core."""
+"""rvjax as a way of flying: chunks of fixed lanes through `Flyer`, a single compiled program, a thread for each core."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rvjax.simulation.closed_loop import Drawn
 
 
 def prepare(case: Case, threads: int | None = None) -> Callable[[], Values]:
-    """A function that flies the case; compiles. threads: chunks beside each other, default as `rvjax run` does it."""
+    """A function that flies the case; compiles. threads: chunks at the same time, default as in `rvjax run`."""
     if case.samples % LANES:
         raise ValueError(f"{case.samples} samples do not fill chunks of {LANES}")
     flyer = Flyer(case.problem.loop, case.problem.metrics)

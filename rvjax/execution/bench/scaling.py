@@ -1,4 +1,4 @@
-"""Growth of time and memory with the samples: `python -m rvjax.execution.bench.scaling '{"samples": …}'`, one process each.
+"""Growth of time and memory with the samples: `python -m rvjax.execution.bench.scaling '{"samples": …}'`, a process each.
 
 Samples are drawn, flown over a short horizon and dropped, through the same stream of chunks that a run writes from.
 """
@@ -40,7 +40,7 @@ def main(spec: dict[str, Any]) -> None:
         nonlocal lanes
         lanes += result.samples
 
-    executor.fly(range(ENVELOPE_CHUNKS), take)  # compiles; only of these are envelopes kept
+    executor.fly(range(ENVELOPE_CHUNKS), take)  # compiles; only these chunks keep envelopes
     forget_peak()
     lanes, times, started = 0, 0, time.perf_counter()
     while time.perf_counter() - started < MIN_S:
@@ -48,13 +48,12 @@ def main(spec: dict[str, Any]) -> None:
         times += 1
     spent = time.perf_counter() - started
     if lanes != times * len(chunks) * LANES:
-        raise RuntimeError(f"{lanes} lanes came back from {times} times {len(chunks)} chunks")
-    say(seconds=spent / times, steps=spec["samples"] * spec["steps"], peak_memory_mb=peak_mb())  # pads are not counted
+        raise RuntimeError(f"{lanes} lanes arrived from {times} times {len(chunks)} chunks")
+    say(seconds=spent / times, steps=spec["samples"] * spec["steps"], peak_memory_mb=peak_mb())  # padding lanes are not counted
 
 
 def shortened(problem: Problem, steps: int, samples: int) -> Problem:
-    """The problem with so many samples and a flight of so many steps; not by an override, since a closing window or an onset
-    need not fit into it."""
+    """The problem with another number of samples and steps. No override: a closing window or an onset need not fit into it."""
     spec = problem.spec
     horizon = spec.horizon.model_copy(update={"duration_s": steps * spec.horizon.step_s})
     return replace(problem, spec=spec.model_copy(update={"horizon": horizon, "samples": samples}))

@@ -1,7 +1,7 @@
-"""One way of flying, in a process of its own: `python -m rvjax.execution.bench.worker '{"way": …}'`.
+"""A way of flying in a separate process: `python -m rvjax.execution.bench.worker '{"way": …}'`.
 
-It prepares, says so, and flies at every line it reads, each answer one JSON document on a line; at the end of its input it writes
-what it flew and says how much memory it took.
+It prepares and reports that. It flies for every line it reads and answers with a JSON document on a line. At the end of its
+input it writes its results and reports its peak memory.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from pathlib import Path
 from typing import Any
 
 MIN_S = 1.5
-"""A fast way flies again until this time has passed; the time of one flight is the mean."""
+"""A fast way repeats its flight until this time has passed; the mean is the time of a flight."""
 
 
 def main(spec: dict[str, Any]) -> None:
     """spec: way, campaign, samples, steps, precision, start (file of the carry at t = 0), result (file to write), yardsticks."""
-    from rvjax.execution.bench.workload import OWN, UnavailableError, case, save, yardsticks
+    from rvjax.execution.bench.workload import RVJAX, UnavailableError, case, save, yardsticks
     from rvjax.simulation.jax_config import configure
 
-    own = spec["way"] in OWN
-    if own:
+    ours = spec["way"] in RVJAX
+    if ours:
         configure(spec["precision"])
-    else:  # JAX as it comes: its default settings
+    else:  # JAX with its default settings
         import jax
 
         jax.config.update("jax_enable_x64", spec["precision"] == "float64")
     flown = case(spec["campaign"], spec["samples"], spec["steps"], spec["precision"], spec["start"])
     started = time.perf_counter()
     try:
-        if own:
+        if ours:
             from rvjax.execution.bench import own_flight
 
             fly = own_flight.prepare(flown, 1 if spec["way"] == "rvjax_one_device" else None)
@@ -52,7 +52,7 @@ def main(spec: dict[str, Any]) -> None:
 
 
 def timed(fly: Callable[[], Any]) -> float:
-    """Seconds of one flight, results included."""
+    """Seconds of a flight, results included."""
     flights, started = 0, time.perf_counter()
     while flights == 0 or time.perf_counter() - started < MIN_S:
         fly()
@@ -61,7 +61,7 @@ def timed(fly: Callable[[], Any]) -> float:
 
 
 def peak_mb() -> float:
-    """The most memory this process has held, since `forget_peak` if that was called, MB."""
+    """Peak memory of this process [MB], since `forget_peak` where that was called."""
     try:
         for line in Path("/proc/self/status").read_text().splitlines():
             if line.startswith("VmHWM:"):
@@ -72,7 +72,7 @@ def peak_mb() -> float:
 
 
 def forget_peak() -> None:
-    """From now on the peak is that of what follows, where the system can do that (Linux)."""
+    """Restarts the peak memory, where the system can do that (Linux)."""
     try:
         Path("/proc/self/clear_refs").write_text("5")
     except OSError:
@@ -80,7 +80,7 @@ def forget_peak() -> None:
 
 
 def say(**answer: Any) -> None:
-    """One document on a line."""
+    """Prints a document on a line."""
     print(json.dumps(answer), flush=True)
 
 

@@ -1,4 +1,4 @@
-"""What every way flies: the samples, the steps, the carry they begin with; and how a way is found by its name."""
+"""What every way flies: samples, steps and the carry at t = 0; and the yardsticks by name."""
 
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
 # (JAX says little about its types)
@@ -29,12 +29,12 @@ Values = Mapping[str, NDArray[np.float64]]
 """Metric → (samples,)."""
 
 
-OWN = ("rvjax", "rvjax_one_device", "rvjax_float32")
-"""Ways of the product itself; all others are yardsticks."""
+RVJAX = ("rvjax", "rvjax_one_device", "rvjax_float32")
+"""The ways of rvjax; all others are yardsticks."""
 
 
 class UnavailableError(Exception):
-    """A way that cannot fly here, and why."""
+    """A way cannot fly here; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def read(path: str | Path, like: Any) -> Any:
 
 
 def yardsticks(folder: Path | None) -> Mapping[str, Any]:
-    """The modules of the yardsticks by name: what `YARDSTICKS` of the package in `folder` lists. None: there are none."""
+    """Name → module of the yardsticks, as listed in `YARDSTICKS` of the package in `folder`; none without a folder."""
     if folder is None:
         return {}
     if not (folder / "__init__.py").is_file():
@@ -102,7 +102,7 @@ def yardsticks(folder: Path | None) -> Mapping[str, Any]:
     return {name: import_module(module) for name, module in table.items()}
 
 
-def own_folder() -> Path | None:
-    """The yardsticks that lie beside this package in a clone of its repository; an installed package has none."""
+def clone_folder() -> Path | None:
+    """The yardsticks of the clone that holds this package; None for an installed package."""
     clone = Path(__file__).parents[3]
     return clone / "benchmarks" if (clone / "pyproject.toml").is_file() else None
