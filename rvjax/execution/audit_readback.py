@@ -139,8 +139,10 @@ def _by_table(draws: Draws, name: str, quantity: Quantity) -> list[tuple[Any, ..
 def _body(draws: Draws, body: Body, true: Any, inverse: Any) -> Iterator[ReadBack]:
     """The inertia about the centre of mass, and its inverse where the inertia is physical: a moved draw may not be."""
     expected, columns = _inertia(draws, body.path, body.inertia)
-    if body.beside:
-        (mass, *heavy), *centre = (item for name, quantity in body.beside.items() for item in _by_table(draws, name, quantity))
+    if body.mass_and_centre:
+        (mass, *heavy), *centre = (
+            item for name, quantity in body.mass_and_centre.items() for item in _by_table(draws, name, quantity)
+        )
         arm = _skew(np.stack([value for value, *_ in centre], axis=-1))
         expected = expected - mass[:, None, None] * (arm @ np.swapaxes(arm, 1, 2))
         columns += (*heavy, *(column for _, *drawn in centre for column in drawn))
@@ -151,7 +153,7 @@ def _body(draws: Draws, body: Body, true: Any, inverse: Any) -> Iterator[ReadBac
         for name, quantity in body.inertia.quantities().items()
         if quantity.shape == "vector"
     ]
-    plain = isinstance(body.inertia, MatrixInertia) and not body.beside
+    plain = isinstance(body.inertia, MatrixInertia) and not body.mass_and_centre
     sources = [tuple(column) for entry in entries for _, *column in entry] if plain else [columns] * len(places)
     for (i, j), source in zip(places, sources, strict=True):
         yield ReadBack(source, expected[:, i, j], inside[:, i, j], exact=plain)

@@ -1,1 +1,2 @@
-"""Physics: equations of motion, saturation, thruster allocation, and what controllers share. One sample at one instant."""
+"""Physics: equations of motion, saturation, thruster allocation, and the parts that controllers share. For a single sample and
+instant."""

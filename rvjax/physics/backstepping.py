@@ -4,7 +4,7 @@
     M ż₂ = Yθ + u + d,   θ = (m, J),   Yθ = (m a_ν, J a_ω − Ω×JΩ)
     a_ν = −Ω×ν + n − α̇_ν,   a_ω = ω×Rω_t − Rω̇_t − α̇_ω
 
-The first error's term is −Cα₁: V₁ = C_f (v_max²/k₁)(√(1+(k₁|ρ|/v_max)²) − 1) + 2C_τ k_σ ln(1+σᵀσ) has V̇₁ = −(Cα₁)ᵀ(ν, ω), so
+The term of the first error is −Cα₁: V₁ = C_f (v_max²/k₁)(√(1+(k₁|ρ|/v_max)²) − 1) + 2C_τ k_σ ln(1+σᵀσ) has V̇₁ = −(Cα₁)ᵀ(ν, ω), so
 u = −(Yθ + K₂z₂ − Cα₁) makes V = V₁ + ½z₂ᵀMz₂ fall as V̇ = −α₁ᵀCα₁ − z₂ᵀK₂z₂. C = 0: a cascade.
 
 M. Krstić, I. Kanellakopoulos, P. Kokotović, "Nonlinear and adaptive control design", 1995, ch. 3–4.
@@ -52,21 +52,21 @@ class TrackingGains(GuidanceGains):
 
 
 class FirstErrorGains(Model):
-    """How much of the virtual velocity is in the virtual wrench."""
+    """Gains of the virtual velocity in the virtual wrench."""
 
     c_force: Quantity = scalar("N·s/m", default=0.0, at_least=0.0, doc="first-error gain C of the force channels, N·s/m")
     c_torque: Quantity = scalar("N·m·s", default=0.0, at_least=0.0, doc="first-error gain C of the torque channels, N·m·s")
 
 
 class NominalGains(Model):
-    """What a controller takes the plant for."""
+    """The nominal plant of a controller."""
 
     mass_guess_kg: Quantity = scalar("kg", default=100.0, above=0.0, doc="nominal mass m₀")
     inertia_guess_kgm2: Quantity = scalar("kg·m²", default=21.7, above=0.0, doc="nominal inertia J₀ = this · I")
 
 
 class RobustGains(Model):
-    """Of the adaptive bound D̂ of everything unknown: D̂ ∘ z/√(z² + ε²)."""
+    """Gains of the robust term D̂ ∘ z/√(z² + ε²), where D̂ is the adaptive bound of all unknown disturbances."""
 
     gamma_bound: Quantity = scalar("1", default=6.0, at_least=0.0, doc="rate γ_D of the disturbance bounds D̂")
     bound_share: Quantity = scalar("1", default=0.5, at_least=0.0, doc="ceiling of D̂ as a share of the mean limit")
@@ -75,7 +75,7 @@ class RobustGains(Model):
 
 
 class AdaptationGains(Model):
-    """Where the estimates m̂ and Ĵ start, how fast they move, and between which bounds."""
+    """Start, rates and bounds of the estimates m̂ and Ĵ."""
 
     gamma_mass: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the mass estimate, kg·s²/m²")
     gamma_inertia: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the inertia estimate, kg·m²·s²")
@@ -90,11 +90,11 @@ class AdaptationGains(Model):
     @model_validator(mode="after")
     def _start_inside(self) -> Self:
         """Projection keeps an estimate between its bounds only if it starts there."""
-        found = (
+        checks = (
             _outside("mass", "mass_guess_kg", self.mass_min_kg, self.mass_guess_kg, self.mass_max_kg),
             _outside("inertia", "inertia_guess_kgm2", self.moment_min_kgm2, self.inertia_guess_kgm2, self.moment_max_kgm2),
         )
-        if problems := [problem for problem in found if problem]:
+        if problems := [problem for problem in checks if problem]:
             refuse(*problems)
         return self
 
@@ -125,7 +125,7 @@ def tracking(shaped: bool, measurement: Measurement, gains: Numbers) -> Tracking
 
 
 def following(measurement: Measurement, known: Relative, alpha1: Channels, alpha1_rate: Channels) -> Tracking:
-    """The same about any virtual velocity and its rate; about zero z₂ is (ν, ω), and M times its rate is Yθ + u + d."""
+    """`tracking` for a given virtual velocity and its rate. For zero, z₂ is (ν, ω) and M ż₂ = Yθ + u + d."""
     return Tracking(
         alpha1=alpha1,
         z2=Channels(measurement.motion.nu, measurement.motion.omega) - alpha1,
@@ -182,7 +182,7 @@ def first_error(now: Tracking, gains: Numbers) -> Channels:
 
 
 def certainty_equivalence(now: Tracking, mass: Scalar, inertia: Symmetric, gains: Numbers) -> Channels:
-    """−(Yθ + K₂z₂ − Cα₁) with θ as it is assumed or estimated [N, N·m]."""
+    """−(Yθ + K₂z₂ − Cα₁) with the assumed or estimated θ [N, N·m]."""
     return -(model(now, mass, inertia) + (feedback(now.z2, gains) + first_error(now, gains)))
 
 
@@ -214,7 +214,7 @@ def mean_limit(measurement: Measurement) -> Channels:
 
 
 def drift(mass: Scalar, inertia: Symmetric, gains: Numbers) -> Scalar:
-    """Largest departure of (m̂, Ĵ) from its start (m₀, J₀ I), relative to m₀ and J₀."""
+    """Largest change of (m̂, Ĵ) from its start (m₀, J₀ I), relative to m₀ and J₀."""
     start = gains.inertia_guess_kgm2
     away = each(jnp.abs, (inertia - Symmetric.of(start, 0.0)) / start)
     return jnp.maximum(jnp.abs(mass / gains.mass_guess_kg - 1.0), largest(away))

@@ -1,4 +1,4 @@
-"""Differentiators of one channel: an estimate ν of α̇ from the signal α alone, with a state (ζ₀, ζ₁).
+"""Differentiators of a channel: an estimate ν of α̇ from the signal α alone, with a state (ζ₀, ζ₁).
 
     levant     ζ̇₀ = ν,  ν = ζ₁ − 1.5 √L |ζ₀−α|^½ sgn(ζ₀−α),   ζ̇₁ = −1.1 L sgn(ζ₁−ν)
     filtered   ζ̇₀ = ν,  ν = ζ₁,   ζ̇₁ = ω² (α − ζ₀) − 2 ω ζ₁          (second-order filter, unit damping)

@@ -41,7 +41,7 @@ MU_EARTH = 3.986004418e14
 
 
 class Relative(NamedTuple):
-    """What follows from the motion alone: used by the plant and, from what it sees, by a controller.
+    """Quantities that follow from the motion: used by the plant and, with the measured motion, by a controller.
 
     r: R(σ), T → P. omega_p: Ω, in P [rad/s]. position: r_p from the Earth's centre, in P [m]. accel: n, in P [m/s²].
     alpha: ω×Rω_t − Rω̇_t, in P [rad/s²].
@@ -63,8 +63,8 @@ def gravity(r: Vector) -> Vector:
 def differential_gravity(r: Vector, delta: Vector) -> Vector:
     """g(r + Δ) − g(r) = −μ/|r|³ (1+q)^(−3/2) (Δ − F r),  q = (2rᵀΔ + ΔᵀΔ)/|r|²,  F = q(3+3q+q²)/(1+(1+q)^(3/2)).
 
-    No cancellation between two numbers of 9 m/s² (R. Battin, "An introduction to the mathematics and methods of
-    astrodynamics", 1999, §8.4). r, Δ in one frame [m].
+    Free of cancellation between two numbers of 9 m/s² (R. Battin, "An introduction to the mathematics and methods of
+    astrodynamics", 1999, §8.4). r, Δ in the same frame [m].
     """
     r2 = dot(r, r)
     q = (2.0 * dot(r, delta) + dot(delta, delta)) / r2

@@ -1,14 +1,13 @@
-"""Sine and cosine by arithmetic alone: whole vector registers at a time, where the compiler would call the C library for one
-number after the other.
+"""Sine and cosine by arithmetic only, on whole vector registers. The compiler would call the C library for each number.
 
     q = the integer nearest to x/(π/2) among the even (sine) or odd (cosine) ones
-    r = x − q π/2,  |r| ≤ π/2         π/2 being a sum of parts so short that q times a part has no rounding error
+    r = x − q π/2,  |r| ≤ π/2         π/2 is a sum of short parts, so q times a part has no rounding error
     sin x = (−1)^(q/2) sin r          cos x = −(−1)^((q−1)/2) sin r
     sin r = r + r³ P(r²)              P: Chebyshev fit over |r| ≤ π/2, error 3e-19 (float64) or 3e-11 (float32)
 
 Error: at most 2.5 units in the last place for |x| ≤ 2e8 rad (float64) or 1e4 rad (float32). Beyond that it is the sine of a
-number within a unit in the last place of x, and never above 1. NaN for NaN and ±∞. W. Cody, W. Waite, "Software manual for the
-elementary functions", 1980, ch. 8; coefficients: tests/physics/test_elementary.py.
+number within a unit in the last place of x; |sin x| never exceeds 1. NaN for NaN and ±∞. W. Cody, W. Waite, "Software manual
+for the elementary functions", 1980, ch. 8; coefficients: tests/physics/test_elementary.py.
 """
 
 from __future__ import annotations

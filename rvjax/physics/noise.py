@@ -1,11 +1,11 @@
-"""Noise inside a flight: normal numbers that depend on the sample's key and the number of the step, and on nothing else.
+"""Noise inside a flight: normal numbers that depend only on the key of the sample and the number of the step.
 
     (w₁, w₂) = Threefry-2x32-20 with the sample's 64-bit key, at counter (k, j)
     ξ_{2j} = √(−2 ln u) cos φ,   ξ_{2j+1} = √(−2 ln u) sin φ,   u = (w₁ + ½)/2³²,   φ = 2π w₂/2³²
 
-The same numbers whichever samples fly beside it and wherever a flight is interrupted. Counters and bits: J. Salmon et al.,
-"Parallel random numbers: as easy as 1, 2, 3", SC'11; normal numbers: G. Box, M. Muller, Ann. Math. Statist., 1958. One word of
-32 bits a number, in single precision whatever the flight's: no |ξ| above 6.77, steps of 1e-7, and the same noise in float32 and
+They do not depend on the other samples of a chunk, or on where a flight is interrupted. Counters and bits: J. Salmon et al.,
+"Parallel random numbers: as easy as 1, 2, 3", SC'11; normal numbers: G. Box, M. Muller, Ann. Math. Statist., 1958. Each number
+takes a word of 32 bits, in single precision for every flight: |ξ| ≤ 6.77, steps of 1e-7, and the same noise in float32 and
 float64. Twelve times as fast as `jax.random.normal`, which takes 64 bits and an inverse error function (docs/performance.md).
 """
 
@@ -23,7 +23,7 @@ Words = tuple[Scalar, Scalar]
 """Two unsigned numbers of 32 bits."""
 
 _TURNS = ((13, 15, 26, 6), (17, 29, 16, 24))
-"""Bits that the rounds turn by, four rounds between two additions of the key."""
+"""Bits by which the rounds rotate; four rounds between two additions of the key."""
 
 _PARITY = np.uint32(0x1BD11BDA)
 _SHARE = np.float32(2.0**-32)
@@ -47,7 +47,7 @@ def pair(first: Scalar, second: Scalar) -> tuple[Scalar, Scalar]:
 
 
 def threefry(key: Words, counter: Words) -> Words:
-    """Threefry-2x32 with 20 rounds: x₀ += x₁, x₁ turned by some bits, x₁ ^= x₀, the key added after every four."""
+    """Threefry-2x32 with 20 rounds: x₀ += x₁, rotate x₁, x₁ ^= x₀; the key is added after every four."""
     keys = (*key, key[0] ^ key[1] ^ _PARITY)
     x, y = counter[0] + keys[0], counter[1] + keys[1]
     for group in range(5):

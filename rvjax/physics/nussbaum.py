@@ -2,10 +2,10 @@
 
     exp-cos         N(χ) = e^{χ²} cos(πχ/2)          N(0) = 1
     quadratic-cos   N(χ) = χ² cos χ                  N(0) = 0
-    none            N(χ) = 1                         the ablation: no Nussbaum gain
+    none            N(χ) = 1                         no Nussbaum gain, for comparison
 
-R. Nussbaum, "Some remarks on a conjecture in parameter adaptive control", Systems & Control Letters, 1983. One even gain per
-channel against the unknown slope of the saturation: Xia, Huo, 2018.
+R. Nussbaum, "Some remarks on a conjecture in parameter adaptive control", Systems & Control Letters, 1983. An even gain per
+channel compensates the unknown slope of the saturation: Xia, Huo, 2018.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Actuator saturation of one channel: the commanded wrench h(v) inside (−u⁻, u⁺) and its slope h'(v).
+"""Actuator saturation of a channel: the commanded wrench h(v) inside (−u⁻, u⁺) and its slope h'(v).
 
     smooth-tanh    h = u_m tanh(v/u_m),            h' = 1 − tanh²(v/u_m),        u_m = u⁺ for v ≥ 0, u⁻ for v < 0
     shifted-tanh   h = s tanh((v−c)/s) + c,        h' = 1 − tanh²((v−c)/s),      c = (u⁺−u⁻)/2, s = (u⁺+u⁻)/2
     erf            h = u_m erf(√π v/(2u_m)),       h' = exp(−π v²/(4u_m²))
     hard-clip      h = min(max(v, −u⁻), u⁺),       h' = 1 inside, 0 outside
 
-The modified smooth hyperbolic tangent with asymmetric limits is the paper's idea (Xia, Huo, 2018); this form of it is a
+The modified smooth hyperbolic tangent with asymmetric limits is from the paper (Xia, Huo, 2018); this form is a
 reconstruction: h(0) = 0, h'(0) = 1 and h is twice continuously differentiable. The shifted tanh does not pass through zero.
-The hard clip is the truth that the smooth forms stand for.
+The hard clip is the true actuator, which the smooth forms approximate.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import jax.numpy as jnp
 from rvjax.physics.vectors import Channels, Scalar, split
 
 Saturation = Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
-"""(v, u⁺ > 0, u⁻ > 0) → (h, h') of one channel, all in the channel's unit (N or N·m)."""
+"""(v, u⁺ > 0, u⁻ > 0) → (h, h') of a channel, all in its unit (N or N·m)."""
 
 
 def smooth_tanh(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
@@ -59,7 +59,7 @@ SATURATIONS: Mapping[str, Saturation] = {
 }
 
 
-def saturate(law: Saturation, v: Channels, upper: Channels, lower: Channels) -> tuple[Channels, Channels]:
+def saturate(saturation: Saturation, v: Channels, upper: Channels, lower: Channels) -> tuple[Channels, Channels]:
     """(h(v), h'(v)) channel by channel; upper, lower: magnitudes of the limits [N, N·m]."""
-    h, slope = split(law, v, upper, lower)
+    h, slope = split(saturation, v, upper, lower)
     return h, slope

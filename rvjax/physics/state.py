@@ -1,4 +1,4 @@
-"""The nouns: what is carried, what is true, what is seen, what is reported. All of one sample at one instant.
+"""The data types of a flight: state, plant, measurement, report. All of a single sample at a single instant.
 
 Frames: I inertial, T fixed in the target, P fixed in the pursuer. Units: SI.
 
@@ -31,7 +31,7 @@ class Motion(NamedTuple):
 
 
 class TargetMotion(NamedTuple):
-    """Motion of the target (or its rate), resolved in its own frame."""
+    """Motion of the target (or its rate), resolved in T."""
 
     r: Vector
     v: Vector
@@ -39,10 +39,10 @@ class TargetMotion(NamedTuple):
 
 
 class Plant(NamedTuple):
-    """The drawn truth. A controller never gets it.
+    """The true, drawn plant. A controller never gets it.
 
-    inertia: about the centre of mass, in P; centre: of mass, from the reference point, about which the actuators' torques are
-    counted, in P [m]. thrust: the largest of each thruster [N]; where thrusters fly, upper and lower are nominal.
+    inertia: about the centre of mass, in P. centre: of mass, from the reference point of the actuators' torques, in P [m].
+    thrust: the largest of each thruster [N]; with thrusters, upper and lower are nominal.
     """
 
     mass: Scalar
@@ -58,7 +58,7 @@ class Plant(NamedTuple):
 
 
 class Measurement(NamedTuple):
-    """What a controller may look at: the measured motion, what a cooperative target sends, and nominal limits.
+    """The input of a controller: the measured motion, the data that a cooperative target sends, and nominal limits.
 
     alpha_t: angular acceleration of the target, in T [rad/s²]; port: docking point δ, in T [m];
     upper, lower: nominal magnitudes of the limits [N, N·m].
@@ -74,7 +74,7 @@ class Measurement(NamedTuple):
 
 
 class Tick(NamedTuple):
-    """Where a step begins: its number k, its time t = k h, its length h [s]."""
+    """The start of a step: its number k, its time t = k h, its length h [s]."""
 
     k: Scalar
     t: Scalar
@@ -82,10 +82,10 @@ class Tick(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What a controller tells about itself; it acts on nothing.
+    """Signals of a controller for metrics and traces; they do not act on the flight.
 
-    chi: Nussbaum arguments (0 without Nussbaum gains). drift: departure of the parameter estimates from their start, relative
-    to the start (0 without estimates). signals: further signals for the trace, by name.
+    chi: Nussbaum arguments (0 without Nussbaum gains). drift: change of the parameter estimates from their start, relative
+    to it (0 without estimates). signals: further signals for the trace, by name.
     """
 
     chi: Channels
@@ -94,10 +94,10 @@ class Report(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Everything at one instant of a flight, as metrics and traces see it.
+    """All values of a flight at an instant, for metrics and traces.
 
     measured: the motion with the navigation errors. command: v before the saturation; commanded: h(v); applied: after the faults;
-    disturbance: added to it [N, N·m]. thrusts: after the faults, where thrusters fly [N].
+    disturbance: added to it [N, N·m]. thrusts: after the faults [N], empty without thrusters.
     """
 
     t: Scalar
@@ -114,7 +114,7 @@ class Step(NamedTuple):
 
 
 class State(NamedTuple):
-    """Everything that is integrated: relative motion, target, the controller's own state."""
+    """All integrated values: relative motion, target, state of the controller."""
 
     motion: Motion
     target: TargetMotion
@@ -123,7 +123,7 @@ class State(NamedTuple):
 
 @jax.tree_util.register_pytree_node_class
 class Numbers(Mapping[str, Any]):
-    """Named numbers of one component (drawn or fixed); also readable as attributes: `gains.k1`."""
+    """Named numbers of a component (drawn or fixed); also readable as attributes: `gains.k1`."""
 
     def __init__(self, values: Mapping[str, Any]) -> None:
         self._values = dict(sorted(values.items()))

@@ -1,27 +1,27 @@
-"""Allocation: which thrusts give a wrench, for one sample at one instant. Thrusters only push.
+"""Allocation: the thrusts that give a wrench, for a single sample and instant. Thrusters only push.
 
     pseudo-inverse          f = clip(f₀ + B⁺(w − B f₀), 0, f_max),  f₀ = c f_max
     bounded-least-squares   f = arg min |W(B f − w)|² + ε Σ (fᵢ/f_max,ᵢ)²   over 0 ≤ f ≤ f_max
 
-Both know the nominal B and f_max only (`thruster_layout`), no spread and no fault. B⁺ is taken in shares of the largest thrust
-and with W, as the bounded problem is. W = diag(2/(u⁺ + u⁻)), with the nominal limits of the channels.
+Both use the nominal B and f_max (`thruster_layout`), without spread and faults. Both are scaled to shares of the largest thrust
+and weighted by W. W = diag(2/(u⁺ + u⁻)), with the nominal limits of the channels.
 
-The pseudo-inverse stays linear only while nothing is clipped, and all thrusters then burn about their centre f₀. The bounded
-problem uses the whole attainable set; inside it the wrench comes within about ε (relative), outside it comes as near as it can,
-weighted by the limits. ε > 0 makes the thrusts unique.
+The pseudo-inverse is linear only while nothing is clipped; all thrusters then burn around their centre f₀. The bounded problem
+uses the whole attainable set: inside it the relative error of the wrench is about ε, outside it the weighted error is least.
+ε > 0 makes the thrusts unique.
 
-It is solved in shares x = f/f_max, A = W B diag(f_max), b = W w, by a number of iterations that is always the same:
+It is solved in shares x = f/f_max, A = W B diag(f_max), b = W w, by a fixed number of iterations:
 
   1.  STEPS steps of the primal-dual interior-point method (predictor and corrector of S. Mehrotra, SIAM J. Optimization, 1992).
       The normal equations are 6×6 by Woodbury's identity, I + A D⁻¹ Aᵀ with D = ε + z/x + v/(1−x).
   2.  POLISH steps of Newton's method on the piecewise linear equation of the residual, y = b − A clip(Aᵀy/ε, 0, 1). The first
-      finds which thrusters are at an end; with those right, one step is exact to rounding.
+      steps find the thrusters at a bound; once these are right, a step is exact to rounding.
 
-Within a step of the integration the solution of its beginning is followed to first order, f = clip(f_k + (∂f/∂w)(w − w_k)): those
-thrusters that are between their ends move, the others stay. That is exact while the same ones do, and never further off than a
-command that is held; it takes a fifteenth of the time.
+Within a step of the integration the solution at its start is updated to first order, f = clip(f_k + (∂f/∂w)(w − w_k)):
+thrusters between their bounds move, the others stay. This is exact while the same thrusters are at a bound, and its error never
+exceeds that of a held command. It takes a fifteenth of the time.
 
-Measured against SciPy's bounded least squares in `tests/physics/test_thrusters.py`: to rounding in double precision. In single
+Compared with SciPy's bounded least squares in `tests/physics/test_thrusters.py`: to rounding in double precision. In single
 precision rounding is amplified by 1/ε: shares are right to 1e-3, the wrench to 2e-4 of its limits.
 """
 
@@ -38,20 +38,20 @@ from rvjax.campaign.thruster_layout import Layout, limits
 from rvjax.physics.vectors import Channels, Scalar, Thrusts, each, largest, total
 
 EPSILON = 1e-4
-"""Weight ε of the shares of the largest thrust, beside the wrench in parts of its limits."""
+"""Weight ε of the shares of the largest thrust, relative to the wrench in parts of its limits."""
 
 STEPS = 14
 POLISH = 3
 SHORTEN = 0.995
-"""Part of the way to the nearest bound that an interior-point step goes."""
+"""Longest interior-point step, as a share of the way to the nearest bound."""
 
 BEGIN = 0.3
 """Multipliers at the start; x starts at ½."""
 
 
 class Allocation(NamedTuple):
-    """solve(w) → what is kept of the problem of this wrench; follow(w, solved) → shares of the largest thrusts, 0 to 1, of a
-    wrench that is near it, or of itself. idle(w) → what to keep before the first. Without memory, that is ().
+    """solve(w) → solved, the solution for this wrench, () without memory. follow(w, solved) → shares of the largest thrusts,
+    0 to 1, for this wrench or another near it. idle(w) → solved before the first step.
 
     w: commanded wrench [N, N·m].
     """
@@ -61,7 +61,7 @@ class Allocation(NamedTuple):
     idle: Callable[[Channels], Any]
 
     def at(self, w: Channels) -> Thrusts:
-        """The shares of a wrench."""
+        """The shares for a wrench."""
         return self.follow(w, self.solve(w))
 
 
@@ -73,7 +73,7 @@ class ThrusterSystem(NamedTuple):
 
 
 Triangle = list[list[Scalar]]
-"""A lower triangular matrix by its rows, or the lower half of a symmetric one."""
+"""The rows of a lower triangular matrix, or of the lower half of a symmetric matrix."""
 
 
 class Matrix(NamedTuple):
@@ -145,8 +145,8 @@ def bounded_least_squares(layout: Layout, steps: int = STEPS, polish: int = POLI
 
     def solve(w: Channels) -> Solved:
         b = scale * w
-        one = a.across(b) * 0.0 + 1.0
-        inside = jax.lax.fori_loop(0, steps, lambda _, p: interior(a, b, p), Point(one * 0.5, one * BEGIN, one * BEGIN))
+        ones = a.across(b) * 0.0 + 1.0
+        inside = jax.lax.fori_loop(0, steps, lambda _, p: interior(a, b, p), Point(ones * 0.5, ones * BEGIN, ones * BEGIN))
         y = jax.lax.fori_loop(0, polish, lambda _, y: newton(a, b, y), b - a.times(inside.x))
         return Solved(each(lambda s: jnp.clip(s, 0.0, 1.0), a.across(y) / EPSILON), w)
 
@@ -167,7 +167,7 @@ class Point(NamedTuple):
 
 
 def interior(a: Matrix, b: Channels, p: Point) -> Point:
-    """One step to  Aᵀ(A x − b) + ε x − z + v = 0,  x z = 0,  (1 − x) v = 0,  from inside the bounds."""
+    """A step towards  Aᵀ(A x − b) + ε x − z + v = 0,  x z = 0,  (1 − x) v = 0,  from inside the bounds."""
     x, z, v = p
     s = each(lambda share: 1.0 - share, x)
     below, above = each(lambda share: 1.0 / share, x), each(lambda rest: 1.0 / rest, s)
@@ -178,7 +178,7 @@ def interior(a: Matrix, b: Channels, p: Point) -> Point:
     force = -(a.across(a.times(x) - b) + x * EPSILON)
 
     def towards(lift: Thrusts, drop: Thrusts) -> tuple[Point, Scalar]:
-        """The direction to x z = lift x, (1 − x) v = drop (1 − x), and the inverse of how far one may go."""
+        """The direction to x z = lift x, (1 − x) v = drop (1 − x), and the inverse of the longest step inside the bounds."""
         q = (force + lift - drop) * soft
         dx = q - a.across(back(factor, a.times(q))) * soft
         dz, dv = lift - z - steep * dx, drop - v + flat * dx
@@ -204,14 +204,14 @@ def interior(a: Matrix, b: Channels, p: Point) -> Point:
 
 
 def newton(a: Matrix, b: Channels, y: Channels) -> Channels:
-    """One step to  y = b − A clip(Aᵀy/ε, 0, 1)."""
+    """A Newton step towards  y = b − A clip(Aᵀy/ε, 0, 1)."""
     shares = a.across(y) / EPSILON
     wrong = y - b + a.times(each(lambda s: jnp.clip(s, 0.0, 1.0), shares))
     return y - back(cholesky(a.gram(movable(shares))), wrong)
 
 
 def movable(shares: Thrusts) -> Thrusts:
-    """1/ε where a thruster is between its ends, else 0."""
+    """1/ε if a thruster is between its bounds, else 0."""
     return each(lambda s: jnp.where((s > 0.0) & (s < 1.0), 1.0 / EPSILON, 0.0), shares)
 
 
@@ -226,7 +226,7 @@ def cholesky(m: Triangle) -> Triangle:
 
 
 def back(factor: Triangle, r: Channels) -> Channels:
-    """M⁻¹ r, from what `cholesky` gives."""
+    """M⁻¹ r, from the factor of `cholesky`."""
     y, count = list(r.parts()), len(factor)
     for i in range(count):
         y[i] = (y[i] - sum(factor[i][j] * y[j] for j in range(i))) * factor[i][i]

@@ -1,8 +1,8 @@
-"""Vectors, rotations, actuator channels and thrusters of one sample at one instant.
+"""Vectors, rotations, actuator channels and thrusters of a single sample at a single instant.
 
-This is the only module that knows how three numbers are laid out. Everything above it uses the operators and the functions
-here, so the same equations fly whatever the layout is. A `Vector` is three scalars, not an array of length 3: under `vmap`
-each component becomes one contiguous array over the samples, which is what a vector processor wants.
+Only this module knows how three numbers are laid out; all other modules use its operators and functions. A `Vector` is three
+scalars, not an array of length 3: under `vmap` each component becomes a contiguous array over the samples, which suits vector
+processors.
 
 Symbols (J. Diebel, "Representing attitude", 2006; H. Schaub, J. Junkins, "Analytical mechanics of space systems", ch. 3):
 
@@ -28,7 +28,7 @@ Scalar = Any
 
 
 class _Elementwise:
-    """Arithmetic component by component; a plain number acts on every component."""
+    """Arithmetic component by component. A number acts on every component."""
 
     def parts(self) -> tuple[Scalar, ...]:
         """The components as scalars, in the order of their names."""
@@ -63,7 +63,7 @@ E = TypeVar("E", bound=_Elementwise)
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Vector(_Elementwise):
-    """Three components in one frame."""
+    """Three components in a frame."""
 
     x: Scalar
     y: Scalar
@@ -76,7 +76,7 @@ class Vector(_Elementwise):
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Symmetric(_Elementwise):
-    """A symmetric 3×3 matrix by its entries; off-diagonal entries as they stand in the matrix."""
+    """A symmetric 3×3 matrix by its entries; off-diagonal entries with their sign in the matrix."""
 
     xx: Scalar
     yy: Scalar
@@ -90,14 +90,14 @@ class Symmetric(_Elementwise):
 
     @classmethod
     def of(cls, diagonal: Scalar, off: Scalar) -> Self:
-        """The same number everywhere on the diagonal, another everywhere off it."""
+        """A number on the diagonal, another off the diagonal."""
         return cls(diagonal, diagonal, diagonal, off, off, off)
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Channels(_Elementwise):
-    """One number for each of the six actuator channels fx, fy, fz, tx, ty, tz."""
+    """A number for each of the six actuator channels fx, fy, fz, tx, ty, tz."""
 
     force: Vector
     torque: Vector
@@ -115,19 +115,19 @@ class Channels(_Elementwise):
 
     @classmethod
     def pair(cls, force: Scalar, torque: Scalar) -> Self:
-        """One number for the three force channels, one for the three torque channels."""
+        """A number for the three force channels, another for the three torque channels."""
         return cls(Vector(force, force, force), Vector(torque, torque, torque))
 
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Thrusts(_Elementwise):
-    """One number for each thruster t1, t2, …"""
+    """A number for each thruster t1, t2, …"""
 
-    each_one: tuple[Scalar, ...]
+    values: tuple[Scalar, ...]
 
     def parts(self) -> tuple[Scalar, ...]:
-        return self.each_one
+        return self.values
 
     def like(self, parts: tuple[Scalar, ...]) -> Self:
         return type(self)(parts)
@@ -256,15 +256,15 @@ def mrp_rate(sigma: Vector, omega: Vector) -> Vector:
 
 
 def shadow(sigma: Vector) -> Vector:
-    """The same attitude by the MRP of norm ≤ 1: σ, or −σ/|σ|² where |σ| > 1."""
+    """The same attitude as MRP of norm ≤ 1: σ, or −σ/|σ|² if |σ| > 1."""
     s2 = dot(sigma, sigma)
     return sigma * jnp.where(s2 > 1.0, -1.0 / s2, 1.0)
 
 
 def compose(a: Vector, b: Vector) -> Vector:
-    """σ with R(σ) = R(a) R(b): first b, then a about the axes that b has led to.
+    """σ with R(σ) = R(a) R(b): first b, then a about the rotated axes.
 
-    σ = [(1 − bᵀb) a + (1 − aᵀa) b − 2 a×b]/(1 + aᵀa bᵀb − 2 aᵀb); not finite where the two make a whole turn.
+    σ = [(1 − bᵀb) a + (1 − aᵀa) b − 2 a×b]/(1 + aᵀa bᵀb − 2 aᵀb); not finite if both together are a full turn.
     """
     a2, b2 = dot(a, a), dot(b, b)
     return (a * (1.0 - b2) + b * (1.0 - a2) - cross(a, b) * 2.0) / (1.0 + a2 * b2 - 2.0 * dot(a, b))

@@ -1,4 +1,4 @@
-"""What a campaign will cost: samples, chunks, steps, time and memory, without flying it."""
+"""The cost of a campaign, without flying it: samples, chunks, steps, time and memory."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
 
 STEPS_PER_S_PER_CORE = 1.2e6
-"""Assumed speed of float64 flights, a cautious one; `docs/performance.md` has a measurement."""
+"""Assumed speed of float64 flights, cautious; measured in `docs/performance.md`."""
 
 SLOWER = {"bounded-least-squares": 10.0}
-"""How many times longer a step takes with an allocation; docs/model.md has a measurement."""
+"""Factor on the time of a step by allocation; measured in docs/model.md."""
 
 START_S = 14.0
-"""Assumed time to start, compile, trace the worst flights and write the report; each controller takes it anew."""
+"""Assumed time to start, compile, trace the worst flights and write the report; once per controller."""
 
 BYTES_BASE = 6e8
-"""Assumed memory of the process before anything is drawn: JAX, compiler, tables."""
+"""Assumed memory of the process before the first draw: JAX, compiler, tables."""
 
 
 @dataclass(frozen=True)
 class Cost:
-    """baselines: other controllers that fly all samples again. drawn: scalars drawn for each sample. flights, chunks, steps of
-    integration: of all controllers. seconds, bytes: estimates on this machine."""
+    """baselines: other controllers that fly all samples. drawn: scalars drawn per sample. flights, chunks, steps: of all
+    controllers together. seconds, bytes: estimates for this machine."""
 
     samples: int
     baselines: int

@@ -1,8 +1,8 @@
-"""Bodies: the inertia that flies, from the quantities of a campaign.
+"""Bodies: the inertia about the centre of mass, from the quantities of a campaign.
 
     J_O = T diag(J₁, J₂, J₃) Tᵀ  or  [Jxx Jxy Jxz; …],      J_C = J_O − m (|c|² I − c cᵀ)
 
-O: reference point of the body, C: its centre of mass, c: from O to C, m: mass; all of one sample.
+O: reference point of the body, C: its centre of mass, c: from O to C, m: mass.
 """
 
 from __future__ import annotations
@@ -26,31 +26,31 @@ Parts = Callable[[str, Quantity], tuple[Values, ...]]
 
 @dataclass(frozen=True)
 class Body:
-    """path: of its inertia; mass, centre: of those that move J, by name; none where the centre of mass is the reference point."""
+    """path: name of its inertia. mass_and_centre: quantities by name, empty if the centre of mass is the reference point."""
 
     path: str
     inertia: PrincipalInertia | MatrixInertia
-    beside: Mapping[str, Quantity]
+    mass_and_centre: Mapping[str, Quantity]
 
     @property
     def quantities(self) -> dict[str, Quantity]:
-        """Everything that decides the inertia about the centre of mass, by name."""
-        return {**self.inertia.quantities(self.path), **self.beside}
+        """The quantities that determine J_C, by name."""
+        return {**self.inertia.quantities(self.path), **self.mass_and_centre}
 
     def entries(self, parts: Parts) -> tuple[Any, ...]:
         """J_C."""
         entries = self._about_reference(parts)
-        if self.beside:
-            (mass,), centre = (parts(name, quantity) for name, quantity in self.beside.items())
+        if self.mass_and_centre:
+            (mass,), centre = (parts(name, quantity) for name, quantity in self.mass_and_centre.items())
             entries = about_centre(entries, mass, (centre[0], centre[1], centre[2]))
         return entries
 
     def drawn(self, parts: Parts) -> Symmetric:
-        """J_C as it flies."""
+        """J_C of every sample."""
         return Symmetric(*self.entries(parts))
 
     def exists(self, parts: Parts) -> NDArray[np.bool_]:
-        """(samples,) whether there is such a body."""
+        """(samples,) whether J_C is physical."""
         return physical(self.entries(parts))
 
     def _about_reference(self, parts: Parts) -> Any:
@@ -71,7 +71,7 @@ class Body:
         return tuple(entry(i, j) for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)))
 
     def _turn(self, inertia: PrincipalInertia, parts: Parts) -> Vector | None:
-        """MRP of the principal axes; None where they are the body axes."""
+        """MRP of the principal axes; None if they are the body axes."""
         if inertia.attitude is not None:
             return Vector(*parts(f"{self.path}.rotation", inertia.attitude))
         if inertia.axis is None:
@@ -83,9 +83,9 @@ class Body:
 def bodies(spec: Spec) -> tuple[Body, Body]:
     """The pursuer and the target."""
     pursuer = spec.pursuer
-    beside = {"pursuer.mass_kg": pursuer.mass_kg, "pursuer.centre_of_mass_m": pursuer.centre_of_mass_m}
+    mass_and_centre = {"pursuer.mass_kg": pursuer.mass_kg, "pursuer.centre_of_mass_m": pursuer.centre_of_mass_m}
     moved = pursuer.centre_of_mass_m.largest_norm > 0.0
     return (
-        Body("pursuer.inertia_kgm2", pursuer.inertia_kgm2, beside if moved else {}),
+        Body("pursuer.inertia_kgm2", pursuer.inertia_kgm2, mass_and_centre if moved else {}),
         Body("target.inertia_kgm2", spec.target.inertia_kgm2, {}),
     )

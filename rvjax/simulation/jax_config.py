@@ -1,12 +1,11 @@
-"""The one place where this process is configured for flying: before JAX starts its backend, or not at all.
+"""Configuration of the process for flights, before JAX starts its backend.
 
-Settings (part of a run's identity, but for the cache):
-    precision      float64 or float32 for everything that flies
-    compile cache  programs compiled before are read from a private folder of the user; changes no bits
-    XLA_FLAGS      `SETTINGS`: what makes XLA's code for a CPU fast, measured in docs/performance.md
+Settings (part of the identity of a run, except the cache):
+    precision      float64 or float32, of all flights
+    compile cache  compiled programs are kept in a private folder of the user; changes no bit
+    XLA_FLAGS      `SETTINGS`: faster code for a CPU, measured in docs/performance.md
 
-A setting that the user has made in XLA_FLAGS stays as it is. One that this version of XLA does not know is left out, with a
-warning.
+A setting of the user in XLA_FLAGS stays. A setting that this version of XLA does not know is left out, with a warning.
 """
 
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
@@ -35,13 +34,13 @@ from rvjax.errors import UsageError
 Precision = Literal["float64", "float32"]
 
 EXTRA = "xla_backend_extra_options"
-"""The XLA flag that is a list of further options, `key=value,key=value`; an unknown key is ignored."""
+"""The XLA flag that holds a list of further options, `key=value,key=value`; an unknown key is ignored."""
 
 SETTINGS: tuple[tuple[str, str], ...] = (
     (EXTRA, "xla_cpu_use_multi_output_fusion=true"),  # else XLA copies shared terms of the equations over and over
     ("xla_cpu_prefer_vector_width", "512"),  # registers of 512 bits where the processor has them
 )
-"""XLA flags that campaigns fly with."""
+"""XLA flags of all flights."""
 
 _PROBE = """
 try:
@@ -51,27 +50,27 @@ except (ImportError, AttributeError):
     import jax
     jax.devices("cpu")
 """
-"""Makes XLA read its flags: 0.1 s, where JAX as a whole takes 0.7 s. XLA ends the process at a flag that it does not know."""
+"""Makes XLA read its flags, in 0.1 s; all of JAX takes 0.7 s. XLA ends the process at an unknown flag."""
 
 
 class SettingsWarning(UserWarning):
-    """A setting that flights are faster with cannot be made here."""
+    """A setting for faster flights is not available."""
 
 
 def configure(precision: Precision = "float64", threads: int | None = None) -> None:
-    """Configures JAX for flying, without starting it. Call it before anything in the process uses JAX; the precision can be
-    changed later, the compiler settings cannot.
+    """Configures JAX for flights, without starting it. Call it before the process uses JAX. The precision can be changed later,
+    the compiler settings cannot.
 
-    threads: how many chunks fly in this process beside each other, where it is not alone on the machine; all cores by default.
-    More threads of XLA than that only get in each other's way: 15 % with two processes on two cores. It changes no bit.
+    threads: how many chunks fly in parallel in this process; all cores by default. Set it if several processes share the machine:
+    more XLA threads than that cost 15 % with two processes on two cores. It changes no bit.
 
-    Errors: UsageError if JAX runs already with other compiler settings, or if XLA_FLAGS holds what XLA does not know.
-    Warnings: SettingsWarning for a setting that this version of XLA refuses.
+    Errors: UsageError if JAX already runs with other compiler settings, or if XLA does not know a flag in XLA_FLAGS.
+    Warnings: SettingsWarning for a setting that this version of XLA does not know.
     """
     given = os.environ.get("XLA_FLAGS", "")
     settled = _settled(given)
     if threads is not None:
-        os.environ.setdefault("NPROC", str(threads))  # what XLA's CPU client takes for the number of cores
+        os.environ.setdefault("NPROC", str(threads))  # XLA's CPU client reads the number of cores from it
     import jax
 
     if settled != given:
@@ -91,25 +90,25 @@ def configure(precision: Precision = "float64", threads: int | None = None) -> N
 
 @cache
 def _settled(given: str) -> str:
-    """XLA_FLAGS with every one of our settings that the user has not made and that XLA knows."""
+    """XLA_FLAGS with each of our settings that the user has not set and that XLA knows."""
     if given.strip() and not given.lstrip().startswith("--"):
-        warnings.warn(f"XLA_FLAGS={given!r} names a file of flags, which is left as it is", SettingsWarning, stacklevel=3)
+        warnings.warn(f"XLA_FLAGS={given!r} names a file of flags, which is not changed", SettingsWarning, stacklevel=3)
         return given
     if (wanted := with_settings(given, SETTINGS)) == given or _known(wanted):
         return wanted
     if not _known(given):
         raise UsageError(
-            f"XLA_FLAGS={given!r}: XLA of jaxlib {version('jaxlib')} does not know one of these; accepted: its own flags"
+            f"XLA_FLAGS={given!r}: XLA of jaxlib {version('jaxlib')} does not know all of these; accepted: flags of this XLA"
         )
-    kept = tuple(one for one in SETTINGS if _known(with_settings(given, (one,))))
+    kept = tuple(setting for setting in SETTINGS if _known(with_settings(given, (setting,))))
     refused = ", ".join(name for name, _ in SETTINGS if name not in dict(kept))
-    message = f"XLA of jaxlib {version('jaxlib')} does not know {refused}: flights may be slower, their last digits other ones"
+    message = f"XLA of jaxlib {version('jaxlib')} does not know {refused}: flights may be slower and differ in the last digits"
     warnings.warn(message, SettingsWarning, stacklevel=3)
     return with_settings(given, kept)
 
 
 def with_settings(flags: str, settings: Sequence[tuple[str, str]]) -> str:
-    """Flags of XLA with some more (name, value); what is set already stays as it is."""
+    """XLA flags with these (name, value) added; a flag that is already set keeps its value."""
     parts = flags.split()
     for name, value in settings:
         start = f"--{name}="
@@ -122,7 +121,7 @@ def with_settings(flags: str, settings: Sequence[tuple[str, str]]) -> str:
 
 
 def _known(flags: str) -> bool:
-    """Whether XLA reads these flags without ending the process; once it has, a file in the cache says so."""
+    """Whether XLA knows these flags. A file in the cache records a yes."""
     folder = _private_cache()
     name = hashlib.sha256(f"{version('jaxlib')} {flags}".encode()).hexdigest()[:16]
     known = None if folder is None else folder / f"flags-{name}"
@@ -137,7 +136,7 @@ def _known(flags: str) -> bool:
 
 
 def _running() -> bool:
-    """Whether JAX's backend has started: from then on another number of devices is refused. It is set back at once."""
+    """Whether JAX's backend has started: it then refuses another number of devices, which is reset at once."""
     import jax
 
     now = jax.config.jax_num_cpu_devices  # pyright: ignore[reportAttributeAccessIssue]
@@ -150,29 +149,29 @@ def _running() -> bool:
 
 
 def _private_cache() -> Path | None:
-    """Where compiled programs are kept between runs: a folder that only this user can read or write, or None.
+    """The folder of compiled programs, which only this user can read or write; None without such a folder.
 
-    What lies there is executable code, so a folder that somebody else could write is not used.
+    It holds executable code, so a folder that others can write is not used.
     """
     folder = Path(platformdirs.user_cache_dir("rvjax")) / "compiled"
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        found = folder.lstat()
+        status = folder.lstat()
     except OSError:
         return None
-    private = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o077
+    private = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o077
     return folder if private else None
 
 
 def precision() -> Precision:
-    """What flies now."""
+    """The precision of the flights now."""
     import jax
 
     return "float64" if jax.config.read("jax_enable_x64") else "float32"
 
 
 def settings() -> dict[str, object]:
-    """What of the process decides about bits: goes into the identity of a run."""
+    """The settings of the process that affect the bits of results: part of the identity of a run."""
     import jax
 
     return {
@@ -185,7 +184,7 @@ def settings() -> dict[str, object]:
 
 
 def _processor() -> str:
-    """The model of the CPU: the compiler writes other code for another one."""
+    """The model of the CPU: the compiled code depends on it."""
     with contextlib.suppress(OSError):
         for line in Path("/proc/cpuinfo").read_text().splitlines():
             if line.startswith("model name"):

@@ -1,9 +1,9 @@
-"""Bodies that cannot exist are drawn again, until one can: what flies has the campaign's law, given that there is such a body.
+"""Unphysical inertias are rejected and redrawn: the draws follow the campaign's distribution, given a physical body.
 
-    u⁽⁰⁾ = the sampler's,   u⁽ᵏ⁾ = the stream `name.again.k`,   k = 1, 2, … up to the first draw that a body can have
+    u⁽⁰⁾ = the sampler's,   u⁽ᵏ⁾ = the stream `name.again.k`,   k = 1, 2, … up to the first physical draw
 
-Everything that decides whether a body exists is drawn again together, with whatever is correlated with it. Numbers depend on
-(seed, name, sample) only.
+All variables that decide whether a body is physical are redrawn together, with all variables correlated with them. Numbers
+depend on (seed, name, sample) only.
 """
 
 from __future__ import annotations
@@ -24,37 +24,36 @@ from rvjax.simulation.inertia import Body
 from rvjax.stats.random_streams import uniforms
 
 MOST = 100_000
-"""Draws of one sample, after which the campaign is given up; at the least share that is accepted, that happens to nobody."""
+"""Draws of a sample before the run is abandoned. At the smallest accepted share this does not happen in practice."""
 
 LEAST_ACCEPTED = 0.02
 TRIED = 4096
-"""Draws that tell beforehand which share is accepted."""
+"""Draws that estimate the accepted share beforehand."""
 
 
 @dataclass(frozen=True)
 class Retry:
-    """Bodies that are drawn again together, and the variables that are: counts, how many uniform numbers each takes, by name;
-    draws: names of the draws."""
+    """Bodies that are redrawn together. counts: uniform numbers per redrawn variable, by name. draws: names of their draws."""
 
     bodies: tuple[Body, ...]
     counts: Mapping[str, int]
     draws: frozenset[str]
 
     def accepted(self, groups: Iterable[Group]) -> float:
-        """The share of first draws that are accepted, of TRIED independent ones of a seed of their own."""
+        """The accepted share of TRIED independent draws of a separate seed."""
         samples = np.arange(TRIED, dtype=np.int64)
         return float(np.mean(self._exist(Correlated(MonteCarlo(0).at(samples), groups), TRIED)))
 
-    def hold(self, points: Points, groups: tuple[Group, ...], seed: int, samples: Samples) -> tuple[Held, NDArray[np.int64]]:
-        """Points with what is drawn again in place of what was rejected, and how often each sample was."""
+    def hold(self, points: Points, groups: tuple[Group, ...], seed: int, samples: Samples) -> tuple[Redrawn, NDArray[np.int64]]:
+        """The points with rejected numbers redrawn, and (samples,) how often each sample was rejected."""
         numbers = {name: np.array(points.uniforms(name, count)) for name, count in self.counts.items()}
         rejected = np.zeros(len(samples), dtype=np.int64)
         rows = np.arange(len(samples))
         for again in range(1, MOST):
             current = {name: block[rows] for name, block in numbers.items()}
-            rows = rows[~self._exist(Correlated(Held(points, current), groups), len(rows))]
+            rows = rows[~self._exist(Correlated(Redrawn(points, current), groups), len(rows))]
             if not rows.size:
-                return Held(points, numbers), rejected
+                return Redrawn(points, numbers), rejected
             rejected[rows] += 1
             for name, count in self.counts.items():
                 numbers[name][rows] = uniforms(seed, f"{name}.again.{again}", samples[rows])[:, :count]
@@ -69,8 +68,8 @@ class Retry:
 
 
 @dataclass(frozen=True)
-class Held:
-    """Points in which the numbers of some variables are given."""
+class Redrawn:
+    """Points with replaced numbers of some variables."""
 
     points: Points
     numbers: Mapping[str, Values] = field(repr=False)
@@ -80,13 +79,13 @@ class Held:
         return self.numbers[name] if name in self.numbers else self.points.uniforms(name, count)
 
     def given(self, name: str) -> Values | None:
-        """(samples,) values of a draw that the sampler says."""
+        """(samples,) values of a draw that the sampler sets; None if it sets none."""
         return self.points.given(name)
 
 
 def retries(bodies: Iterable[Body], groups: Iterable[Group], drawn: Mapping[str, Variable]) -> tuple[Retry, ...]:
-    """What is drawn again together: each body that rejects with its variables and all that is correlated with them."""
-    found: list[tuple[tuple[Body, ...], set[str]]] = []
+    """The groups that are redrawn together: each rejecting body with its variables and all variables correlated with them."""
+    sets: list[tuple[tuple[Body, ...], set[str]]] = []
     for body in bodies:
         if not body.inertia.REJECTS:
             continue
@@ -94,11 +93,11 @@ def retries(bodies: Iterable[Body], groups: Iterable[Group], drawn: Mapping[str,
         for group in groups:
             if names & set(group.names):
                 names |= set(group.names)
-        shared = [one for one in found if one[1] & names]
-        found = [one for one in found if not one[1] & names]
-        together = (*(other for one in shared for other in one[0]), body)
-        found.append((together, names.union(*(one[1] for one in shared))))
-    return tuple(_retry(together, [drawn[name] for name in sorted(names)]) for together, names in found)
+        joined = [entry for entry in sets if entry[1] & names]
+        sets = [entry for entry in sets if not entry[1] & names]
+        together = (*(other for others, _ in joined for other in others), body)
+        sets.append((together, names.union(*(shared for _, shared in joined))))
+    return tuple(_retry(together, [drawn[name] for name in sorted(names)]) for together, names in sets)
 
 
 def _retry(together: tuple[Body, ...], again: Iterable[Variable]) -> Retry:

@@ -1,4 +1,4 @@
-"""What a campaign requires that its samples could never show: found when it is loaded, before anything flies."""
+"""Checks of requirements that the samples of a campaign can never decide, before it flies."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper, log_e_fail
 
 
 def findings(spec: Spec, draws: Collection[str]) -> list[Finding]:
-    """Classes by draws that there are not, and requirements that no outcome of all samples would decide. draws: their names."""
+    """Findings about classes by unknown draws, undecidable requirements and wrong interpretations. draws: the names of all."""
     return [*_classes(spec, {*draws, *counted(spec)}), *_undecidable(spec), *_interpretations(spec)]
 
 
 def reach(requirement: Requirement, samples: int) -> tuple[bool, bool]:
-    """Whether so many samples can come to PASS, as they do best where all comply, and to FAIL, where none does."""
+    """Whether the samples can reach PASS (if all comply) and FAIL (if none complies)."""
     limit, confidence, n = requirement.limit, requirement.confidence, samples
     if requirement.mean:
         return True, True
@@ -43,7 +43,7 @@ def _classes(spec: Spec, names: Collection[str]) -> Iterator[Finding]:
 
 
 def counted(spec: Spec) -> Iterator[str]:
-    """Columns of the table that count what was drawn: how many channels of a fault fail."""
+    """Columns that count draws: how many channels of a fault fail."""
     for fault in spec.faults:
         if "schedule" in fault.parameters:
             yield f"{fault.prefix}.schedule.failing"
@@ -52,27 +52,30 @@ def counted(spec: Spec) -> Iterator[str]:
 def _undecidable(spec: Spec) -> Iterator[Finding]:
     for index, requirement in enumerate(spec.require):
         if not any(reach(requirement, spec.samples)):
-            found = f"neither PASS nor FAIL could come of {spec.samples} samples, whatever they do"
-            yield spec.source.finding(("require", index), found, "accepted: more samples, or a lower confidence")
+            message = f"{spec.samples} samples can reach neither PASS nor FAIL"
+            yield spec.source.finding(("require", index), message, "accepted: more samples, or a lower confidence")
 
 
 def _interpretations(spec: Spec) -> Iterator[Finding]:
-    """Interpretations (ECSS-E-ST-60-10C) that the form of a requirement does not have.
+    """Interpretations (ECSS-E-ST-60-10C) that do not fit the form of a requirement.
 
-    ensemble: a share of samples. temporal: a share of the samples has a share of time. mixed: the mean share of time.
+    ensemble: a share of samples. temporal: a share of samples has a share of time. mixed: the mean share of time.
     """
     shares = {f"{MARGIN}{name}" for name, formula in spec.margins.items() if isinstance(formula, TimeShare)}
-    for index, one in enumerate(spec.require):
-        of_time, shown = one.metric in shares, one.above is not None
+    for index, requirement in enumerate(spec.require):
+        of_time, shown = requirement.metric in shares, requirement.above is not None
         forms = {
-            "ensemble": (not of_time and not one.mean, "a share or a quantile of a metric that is no share of time"),
-            "temporal": (of_time and shown and one.at_least is not None, "above and at_least of a margin that is a time_share"),
+            "ensemble": (not of_time and not requirement.mean, "a share or a quantile of a metric that is no share of time"),
+            "temporal": (
+                of_time and shown and requirement.at_least is not None,
+                "above and at_least of a margin that is a time_share",
+            ),
             "mixed": (
-                of_time and shown and one.mean and one.range == (0.0, 1.0),
+                of_time and shown and requirement.mean and requirement.range == (0.0, 1.0),
                 "mean: true, above and range: [0, 1] of a margin that is a time_share",
             ),
         }
-        if one.interpretation is not None and not forms[one.interpretation][0]:
-            found = f"this requirement has no {one.interpretation} interpretation"
+        if requirement.interpretation is not None and not forms[requirement.interpretation][0]:
+            message = f"this requirement has no {requirement.interpretation} interpretation"
             place = ("require", index, "interpretation")
-            yield spec.source.finding(place, found, f"accepted: {forms[one.interpretation][1]}")
+            yield spec.source.finding(place, message, f"accepted: {forms[requirement.interpretation][1]}")

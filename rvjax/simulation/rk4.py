@@ -15,7 +15,7 @@ Y = TypeVar("Y")
 def step(rate: Callable[[Scalar, Y], Y], t: Scalar, y: Y, h: Scalar, first: Y) -> Y:
     """y(t+h) ≈ y + h/6 (k₁ + 2k₂ + 2k₃ + k₄) for ẏ = rate(t, y).
 
-    first: k₁ = rate(t, y), handed over because the caller has evaluated it already. y: any tree of numbers.
+    first: k₁ = rate(t, y), which the caller has already. y: any tree of numbers.
     """
     k2 = rate(t + 0.5 * h, along(y, 0.5 * h, first))
     k3 = rate(t + 0.5 * h, along(y, 0.5 * h, k2))

@@ -1,11 +1,11 @@
-"""Signals: every number of a flight that has a name, at one instant.
+"""Signals: the named numbers of a flight at an instant.
 
 The columns of the trace table (`recorded`), and numbers that follow from them (`derived`):
 
     position_error_m       |ρ|                                distance from the docking point
     attitude_error_deg     4 atan |σ|                         principal rotation angle from the target's frame
     speed_m_s              |ν|                                velocity error
-    closing_speed_m_s      −d|ρ|/dt = −ρᵀν/|ρ|                toward the docking point, below 0 where the pursuer departs
+    closing_speed_m_s      −d|ρ|/dt = −ρᵀν/|ρ|                toward the docking point, below 0 if the pursuer departs
     rate_deg_s             |ω|                                angular rate relative to the target
     share_fx … share_tz    |h(v)|/u_m                         commanded wrench as a share of the limit on its side
     share_any              max of the six
@@ -32,33 +32,33 @@ from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, 
 
 @dataclass(frozen=True)
 class Signal:
-    """column: its name, unit and meaning. get: its value at one instant, of one sample or of arrays of them."""
+    """column: its name, unit and meaning. get: its value at an instant, of a sample or of arrays of samples."""
 
     column: Column
     get: Callable[[Step], Scalar]
 
 
 def unit_of(channel: str) -> str:
-    """Of a wrench on a channel."""
+    """The unit of a wrench on a channel."""
     return "N" if channel[0] == "f" else "N·m"
 
 
-def recorded(meanings: Mapping[str, Column], own: Mapping[str, Any], measured: bool, thrusters: int) -> dict[str, Signal]:
+def recorded(meanings: Mapping[str, Column], values: Mapping[str, Any], measured: bool, thrusters: int) -> dict[str, Signal]:
     """The columns of a trace, by name and in their order; everything in SI, frames as in `rvjax.physics.state`.
 
-    meanings: of the controller's own signals; own: a value of each, which tells its components. measured: with the motion as it
-    is measured beside the true one. thrusters: how many fly.
+    meanings: of the signals of the controller; values: a value of each, whose type says its components. measured: include the
+    measured motion. thrusters: their number.
     """
-    found = [Signal(Column("t_s", "s", "time"), lambda step: step.t), *_motion(measured), *_wrenches()]
+    signals = [Signal(Column("t_s", "s", "time"), lambda step: step.t), *_motion(measured), *_wrenches()]
     for i in range(thrusters):
         column = Column(f"thrust_t{i + 1}_N", "N", f"thrust of t{i + 1} behind the faults")
-        found.append(Signal(column, lambda step, i=i: thrusts(step)[i]))
+        signals.append(Signal(column, lambda step, i=i: thrusts(step)[i]))
     for name, meaning in meanings.items():
-        for suffix in _parts(own[name]):
+        for suffix in _parts(values[name]):
             unit = unit_of(suffix[1:]) if meaning.unit == WRENCH else meaning.unit
             column = Column(f"ctl.{name}{suffix}", unit, f"{meaning.description}, a signal of the controller")
-            found.append(Signal(column, lambda step, name=name, suffix=suffix: _parts(step.report.signals[name])[suffix]))
-    return {signal.column.name: signal for signal in found}
+            signals.append(Signal(column, lambda step, name=name, suffix=suffix: _parts(step.report.signals[name])[suffix]))
+    return {signal.column.name: signal for signal in signals}
 
 
 def _motion(measured: bool) -> list[Signal]:
@@ -103,8 +103,8 @@ def _wrenches() -> list[Signal]:
 
 
 def derived() -> dict[str, Signal]:
-    """Numbers that follow from those of a trace, by name."""
-    found = [
+    """Signals that follow from the columns of a trace, by name."""
+    signals = [
         Signal(Column("position_error_m", "m", "distance from the docking point"), lambda step: norm(step.motion.rho)),
         Signal(Column("attitude_error_deg", "deg", "rotation angle from the target frame"), _angle),
         Signal(Column("speed_m_s", "m/s", "velocity error"), lambda step: norm(step.motion.nu)),
@@ -116,10 +116,10 @@ def derived() -> dict[str, Signal]:
     ]
     for i, channel in enumerate(CHANNELS):
         column = Column(f"share_{channel}", "1", f"commanded wrench as a share of its limit, channel {channel}")
-        found.append(Signal(column, lambda step, i=i: _shares(step).parts()[i]))
+        signals.append(Signal(column, lambda step, i=i: _shares(step).parts()[i]))
     column = Column("share_any", "1", "commanded wrench as a share of its limit, worst channel")
-    found.append(Signal(column, lambda step: largest(_shares(step))))
-    return {signal.column.name: signal for signal in found}
+    signals.append(Signal(column, lambda step: largest(_shares(step))))
+    return {signal.column.name: signal for signal in signals}
 
 
 def _angle(step: Step) -> Scalar:
@@ -140,27 +140,27 @@ def _shares(step: Step) -> Channels:
 
 
 def reported(controller: Controller, gains: Mapping[str, Quantity]) -> Mapping[str, Any]:
-    """A controller's own signals, by name, without their numbers: it is traced, not run. gains: what it gets."""
-    one = jax.ShapeDtypeStruct((), jnp.float32)
-    vector = Vector(one, one, one)
+    """The signals of a controller, by name, as shapes without numbers: it is traced, not run. gains: of the controller."""
+    number = jax.ShapeDtypeStruct((), jnp.float32)
+    vector = Vector(number, number, number)
     channels = Channels(vector, vector)
     motion = Motion(vector, vector, vector, vector)
-    measurement = Measurement(one, motion, TargetMotion(vector, vector, vector), vector, vector, channels, channels)
+    measurement = Measurement(number, motion, TargetMotion(vector, vector, vector), vector, vector, channels, channels)
     shapes = {"vector": vector, "channels": channels}
-    numbers = Numbers({name: shapes.get(gain.shape, one) for name, gain in gains.items()})
+    numbers = Numbers({name: shapes.get(gain.shape, number) for name, gain in gains.items()})
 
-    def signals(measurement: Measurement, numbers: Numbers) -> Mapping[str, Any]:
+    def report(measurement: Measurement, numbers: Numbers) -> Mapping[str, Any]:
         return controller.respond(measurement, controller.start(measurement, numbers), lambda v: (v, v), numbers).report.signals
 
-    return jax.eval_shape(signals, measurement, numbers)
+    return jax.eval_shape(report, measurement, numbers)
 
 
 def thrusts(step: Step) -> tuple[Any, ...]:
-    """Of each thruster [N]; none where no thrusters fly."""
+    """The thrust of each thruster [N]; empty without thrusters."""
     return step.thrusts.parts() if isinstance(step.thrusts, Thrusts) else ()
 
 
 def _parts(value: Any) -> dict[str, Any]:
-    """The components of a controller's signal by the endings of their names."""
+    """The components of a signal of a controller, by the suffix of their names."""
     names = {Vector: AXES, Channels: CHANNELS, Symmetric: ("xx", "yy", "zz", "yz", "xz", "xy")}.get(type(value))
     return {"": value} if names is None else {f"_{name}": part for name, part in zip(names, value.parts(), strict=True)}
