@@ -35,15 +35,22 @@ def command(
 
 
 def _show(place: Path, record: Searched, output: Output) -> None:
-    from rvjax.report.tuning_sections.confirmation import headline, shown
-    from rvjax.report.tuning_sections.values import said
+    from rvjax.report.tuning_sections.confirmation import headline, value_text
+    from rvjax.report.tuning_sections.values import setting_text
 
     confirmation = record.confirmation
     assert confirmation is not None, "a search ends with its confirmation"
     top = headline(record)
     output.text(f"{top.verdict.word}: {top.sentence}")
     rows = [
-        (item.verdict, item.text, shown(item.tuned, item), shown(item.own, item), _interval(item), shown(item.optimism, item))
+        (
+            item.verdict,
+            item.text,
+            value_text(item.tuned, item),
+            value_text(item.own, item),
+            _interval(item),
+            value_text(item.optimism, item),
+        )
         for item in confirmation.objectives
     ]
     output.table(("verdict", "objective", "winner", "original", "difference", "optimism"), rows)
@@ -54,7 +61,8 @@ def _show(place: Path, record: Searched, output: Output) -> None:
         ]
         output.table(("winner", "original", "requirement", "only winner", "only original"), kept)
     values = [
-        (value.name, value.range, said(value.own), said(value.best if record.best else value.own)) for value in record.parameters
+        (value.name, value.range, setting_text(value.own), setting_text(value.best if record.best else value.own))
+        for value in record.parameters
     ]
     output.table(("value", "range", "original", "winner"), values)
     output.text(f"best campaign: {place / 'best.yaml'}", f"report: {place / 'report.html'}")

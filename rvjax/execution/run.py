@@ -177,7 +177,7 @@ def _report(folder: RunFolder, results: RunAccumulator, spec: Spec, baselines: M
     """Writes the report of a run whose results are at hand."""
     from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
 
-    report.write(folder, report.opened(folder, results, spec, baselines))
+    report.write(folder, report.assemble_run(folder, results, spec, baselines))
 
 
 def _next_look(flown: int) -> int:

@@ -1,8 +1,8 @@
-"""The report: a run folder in, one self-contained page out, without JAX and without a network."""
+"""The report: run folder → one self-contained page. It needs neither JAX nor a network."""
 
 from __future__ import annotations
 
 from rvjax.report.compose import build, write
-from rvjax.report.run_view import opened
+from rvjax.report.run_view import assemble_run
 
-__all__ = ["build", "opened", "write"]
+__all__ = ["assemble_run", "build", "write"]

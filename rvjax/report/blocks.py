@@ -1,7 +1,7 @@
-"""What a report is made of: sections of paragraphs, drawings and tables, whose cells are numbers, text or verdicts.
+"""The parts of a report: sections of paragraphs, drawings and tables, whose cells are numbers, text or verdicts.
 
-A section says *what* is shown; `rvjax.report` says how it looks in HTML and in Markdown. Every number that is an
-estimate travels as a `Number` with its interval, so the page and `summary.json` cannot differ.
+A section defines the content; `html` and `markdown` define its appearance. Every estimate is a `Number` with its interval,
+so that the page and `summary.json` cannot differ.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from rvjax.stats.sampling_design import Observed
 
 @dataclass(frozen=True)
 class Number:
-    """One number of the report: an estimate with its interval, what was observed, or a count.
+    """A number of the report: an estimate with its interval, an observed value, or a count.
 
-    `name` is its key in `summary.json`; `value` is in SI `unit` ("1" = dimensionless); `percent` shows a share in %.
+    name: its key in `summary.json`; value: in the SI unit `unit` ("1": dimensionless); percent: show a share in %.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Number:
 
     @property
     def estimate(self) -> Estimate | Observed:
-        """The value of a number that is no count."""
+        """The value, unless it is a count; TypeError for a count."""
         if isinstance(self.value, int):
             raise TypeError(f"{self.name} is a count")
         return self.value
@@ -37,21 +37,21 @@ class Number:
 
 @dataclass(frozen=True)
 class Code:
-    """Text to be typed or compared letter by letter: a command, a hash, a column name."""
+    """Literal text in a monospaced font: a command, a hash, a column name."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A verdict or an outcome: shown as its word, and in its colour."""
+    """A verdict or an outcome, shown as a coloured word."""
 
     word: str
 
 
 @dataclass(frozen=True)
 class Named:
-    """A row's name with one line saying what it means."""
+    """The name of a row with a line that explains it."""
 
     name: str
     meaning: str
@@ -62,7 +62,7 @@ Cell = str | Number | Code | Mark | Named
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells under a head; every row has as many cells as the head."""
+    """Rows of cells below a head; each row has as many cells as the head."""
 
     caption: str
     head: tuple[str, ...]
@@ -71,7 +71,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure: `name` is its file name without suffix, `caption` says what is drawn and how many samples are in it."""
+    """A figure. name: its file name without suffix; caption: what it shows, and for how many samples."""
 
     name: str
     caption: str
@@ -80,7 +80,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Section:
-    """A chapter of the report: a title, one sentence with what it found, then paragraphs, drawings and tables."""
+    """A section of the report: a title, a sentence with the main result, then paragraphs, drawings and tables."""
 
     key: str
     title: str
@@ -102,9 +102,9 @@ class Section:
 
 @dataclass(frozen=True)
 class Headline:
-    """The top of the page: the campaign, the verdict in one word and one sentence, and facts as label and cell.
+    """The top of the page: the campaign, the verdict as a word and as a sentence, and facts as (label, cell).
 
-    kind: of report; outcomes add up to all that were `whole`.
+    outcomes: (label, count), whose sum is the total; kind: of the report; total_label: what the total counts.
     """
 
     name: str
@@ -114,9 +114,9 @@ class Headline:
     facts: tuple[tuple[str, Cell], ...]
     outcomes: tuple[tuple[str, int], ...]
     kind: str = "Monte-Carlo campaign report"
-    whole: str = "requested"
+    total_label: str = "requested"
 
     @property
-    def requested(self) -> int:
-        """How many samples the outcomes account for."""
+    def total(self) -> int:
+        """The sum of the outcomes."""
         return sum(number for _, number in self.outcomes)

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from rvjax.analysis.verdicts.folders import SEARCH
-from rvjax.report import figures, html, markdown, tuning_report
+from rvjax.report import html, markdown, tuning_report
 from rvjax.report.blocks import Headline, Number, Section
+from rvjax.report.figures import render
 from rvjax.report.run_view import Run, open_run
 from rvjax.report.sections import sections
 from rvjax.report.sections.verdicts import headline
@@ -19,21 +20,21 @@ FORMAT = 1
 
 
 def build(folder: str | Path) -> Path:
-    """Writes the report of a run folder and returns the path of `report.html`.
+    """Writes the report of a run folder or of a tuning folder, and returns the path of `report.html`.
 
-    FolderError where `folder` is no run folder or is damaged, IncompleteError where nothing is flown yet or the disk is
-    full. Values that the samples table lacks are left out with a sentence, never an error.
+    Raises FolderError if the folder is not a run folder or is damaged, and IncompleteError if no chunk is finished or the disk
+    is full. A column that the samples table lacks is no error: the report says so in a sentence.
     """
-    opened = RunFolder.open(folder)
-    if SEARCH in opened.identity:
-        return tuning_report.build(opened)
-    return write(opened, open_run(folder))
+    run_folder = RunFolder.open(folder)
+    if SEARCH in run_folder.identity:
+        return tuning_report.build(run_folder)
+    return write(run_folder, open_run(folder))
 
 
 def write(folder: RunFolder, run: Run) -> Path:
-    """Writes the report of an opened run into its folder and returns the path of `report.html`; reads no samples."""
+    """Writes the report of an opened run into its folder and returns the path of `report.html`. It reads no samples."""
     top = headline(run)
-    shown, pictures = figures.drawn(folder, lambda: sections(run))
+    shown, pictures = render(folder, lambda: sections(run))
     if run.extract is not None:
         folder.write_bytes(verdict_columns.NAME, run.extract)
     folder.write_summary(summary(run, top, shown))
@@ -44,9 +45,9 @@ def write(folder: RunFolder, run: Run) -> Path:
 
 
 def summary(run: Run, top: Headline, shown: Iterable[Section]) -> dict[str, Any]:
-    """Every number of the report by name: value, interval, n, confidence, method, SI unit; the account; the verdicts.
+    """`summary.json`: the account, the verdicts, and every number of the report with its interval, n, method and SI unit.
 
-    An infinite value or bound is None (null in the file).
+    The file holds null for an infinite value or bound.
     """
     cells = [cell for _, cell in top.facts if isinstance(cell, Number)]
     cells += [number for section in shown for number in section.numbers()]

@@ -1,4 +1,4 @@
-"""Figures as bytes that depend on nothing but the figure: SVG to embed, SVG and PNG as files."""
+"""Figures as SVG and PNG. The same figure gives the same bytes."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _REFERENCE = re.compile(r'(\bid="|\bhref="#|url\(#)')
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawn figure: `svg` a document of its own, `inline` the same for use inside HTML, `png` at 160 dpi."""
+    """A rendered figure. svg: a document; inline: the <svg> element for use inside HTML; png: at 160 dpi."""
 
     svg: str
     inline: str
     png: bytes
 
 
-def drawn(folder: RunFolder, make: Callable[[], Sequence[Section]]) -> tuple[Sequence[Section], dict[str, Picture]]:
-    """Makes sections in the style of the report, and renders their figures into a folder; the pictures by their names."""
+def render(folder: RunFolder, make: Callable[[], Sequence[Section]]) -> tuple[Sequence[Section], dict[str, Picture]]:
+    """Makes sections in the style of the report and writes their figures into a folder → (sections, pictures by name)."""
     with matplotlib.rc_context(STYLE):
         sections = make()
         pictures = {drawing.name: draw(drawing) for section in sections for drawing in section.drawings}
@@ -40,20 +40,20 @@ def drawn(folder: RunFolder, make: Callable[[], Sequence[Section]]) -> tuple[Seq
 
 
 def draw(drawing: Drawing) -> Picture:
-    """Renders a figure, once for each format; its name makes the SVG's ids unique on a page with several figures."""
+    """Renders a figure in both formats; its name makes the ids of the SVG unique on the page."""
     vector, pixels = io.StringIO(), io.BytesIO()
-    nothing = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    no_metadata = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with matplotlib.rc_context({"svg.hashsalt": drawing.name}), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing from font")  # drawn as a box, never an error
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")  # such a glyph is drawn as a box
         FigureCanvasAgg(drawing.figure).print_png(pixels, metadata={"Software": None})
-        drawing.figure.set_layout_engine("none")  # what was laid out once serves both formats
-        FigureCanvasSVG(drawing.figure).print_svg(vector, metadata=nothing)
+        drawing.figure.set_layout_engine("none")  # keep the layout of the first format
+        FigureCanvasSVG(drawing.figure).print_svg(vector, metadata=no_metadata)
     svg = vector.getvalue()
     return Picture(svg, _inline(svg, drawing.name), pixels.getvalue())
 
 
 def _inline(svg: str, name: str) -> str:
-    """The <svg> element alone: no prolog, no comments, no namespaces (HTML knows them), ids prefixed by `name`."""
+    """The <svg> element without prolog, comments and namespaces (HTML knows them); ids have `name` as their prefix."""
     element = svg[svg.index("<svg") :]
     element = re.sub(r"<!--.*?-->", "", element, flags=re.DOTALL)
     element = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", element, count=2).replace("xlink:href", "href")

@@ -1,4 +1,4 @@
-"""Sections as one HTML page that needs nothing beside itself; every text is escaped by the template."""
+"""Sections as one self-contained HTML page. The template escapes every text."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _HERE = Path(__file__).parent
 
 
 def page(top: Headline, sections: Sequence[Section], pictures: Mapping[str, Picture]) -> str:
-    """The whole document; `pictures` are embedded, the style sheet too."""
+    """The HTML document, with the pictures and the style sheet embedded."""
     environment = Environment(
         loader=FileSystemLoader(_HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    drawn = {name: Markup(picture.inline) for name, picture in pictures.items()}  # ours: text in it is drawn as paths
+    embedded = {name: Markup(picture.inline) for name, picture in pictures.items()}  # safe: text in the figures is drawn as paths
     style = Markup((_HERE / "style.css").read_text(encoding="utf-8"))
-    words = {"shown": shown, "count": count, "kind": _kind}
+    functions = {"shown": shown, "count": count, "kind": _kind}
     template = environment.get_template("page.html")
-    return template.render(top=top, sections=sections, pictures=drawn, style=style, **words)
+    return template.render(top=top, sections=sections, pictures=embedded, style=style, **functions)
 
 
 def _kind(item: object) -> str:

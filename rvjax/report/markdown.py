@@ -1,4 +1,4 @@
-"""The same sections as Markdown, figures by reference; every text is escaped."""
+"""Sections as Markdown, with references to the figures. Every text is escaped."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Iterator, Sequence
 from rvjax.report.blocks import Cell, Code, Drawing, Headline, Mark, Named, Number, Section, Table
 from rvjax.report.number_format import count, shown
 
-_ACTING = re.compile(r"[\\`*_\[\]#|~$]|^[-+]|:(?=//)|(?<=www)\.", re.IGNORECASE)
-"""Marks of Markdown; at the start also those of lists and lines; what makes a link of an address that just stands there."""
+_MARKUP = re.compile(r"[\\`*_\[\]#|~$]|^[-+]|:(?=//)|(?<=www)\.", re.IGNORECASE)
+"""What Markdown interprets: its marks, list marks and rules at the start of a line, and bare addresses."""
 
 
 def page(top: Headline, sections: Sequence[Section]) -> str:
-    """The whole document."""
+    """The Markdown document."""
     blocks = [f"# {text(top.name)}", *([text(top.description)] if top.description else [])]
     blocks += [f"**{text(top.verdict.word)}** {text(top.sentence)}"]
     outcomes = ((label.replace("_", " "), count(number)) for label, number in top.outcomes)
@@ -24,10 +24,10 @@ def page(top: Headline, sections: Sequence[Section]) -> str:
 
 
 def text(words: str) -> str:
-    """The words with everything that Markdown or HTML would act on made literal."""
+    """The words with all that Markdown or HTML would interpret escaped."""
     words = re.sub(r"[^\S\u00a0]+", " ", words).strip()
     words = words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    words = _ACTING.sub(r"\\\g<0>", words)
+    words = _MARKUP.sub(r"\\\g<0>", words)
     return re.sub(r"^(\d{1,9})([.)])(?= |$)", r"\1\\\2", words)  # a numbered list
 
 
@@ -60,7 +60,7 @@ def _cell(cell: Cell) -> str:
 
 
 def _code(words: str) -> str:
-    """The words as code; as plain text where they hold what ends code or, for some readers, a cell."""
+    """The words as code; as plain text if they contain a backtick, or a mark that ends a cell in some renderers."""
     if not words or "`" in words or "\\|" in words:
         return text(words)
     return f"`{words.replace('|', chr(92) + '|')}`"

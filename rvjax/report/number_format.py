@@ -1,4 +1,4 @@
-"""Numbers and units as a reader expects them: significant digits, SI prefixes, intervals rounded outwards."""
+"""Numbers and units as text: significant digits, SI prefixes, intervals rounded outwards."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from rvjax.stats.sampling_design import Observed
 
 INFINITY = "∞"
 LARGEST = 1e9
-"""From here on a number with an interval is written with a power of ten, as the torque that a runaway asks for."""
+"""A number with an interval is written with a power of ten from here on, such as the torque command of a runaway."""
 
-SPACE = "\u00a0"  # between a number and its unit, never broken
+SPACE = "\u00a0"  # no-break space between a number and its unit
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 _SYMBOLS = {"1": "", "": "", "deg": "°", "deg/s": "°/s"}
@@ -25,12 +25,12 @@ _CHANNELS = {"fx": "force x", "fy": "force y", "fz": "force z", "tx": "torque x"
 
 
 def axis_label(words: str, unit: str) -> str:
-    """What an axis shows, with its unit unless it has none."""
+    """The label of an axis: the quantity and its unit, if any."""
     return words if unit in ("1", "") else f"{words}, {unit}"
 
 
 def count(value: int) -> str:
-    """A count with its thousands separated: 4,096."""
+    """A count with thousands separators: 4,096."""
     return f"{value:,d}"
 
 
@@ -40,7 +40,7 @@ def power_of_ten(exponent: int) -> str:
 
 
 def number(value: float, digits: int = 3) -> str:
-    """A lone value (a draw, a setting) to so many significant digits, never in the form 1e-05."""
+    """A value without an interval, to `digits` significant digits; never in the form 1e-05."""
     if not math.isfinite(value) or value == 0.0:
         return _special(value)
     exponent = math.floor(math.log10(abs(value)))
@@ -50,25 +50,25 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def _scaled(value: float, exponent: int) -> float:
-    """value / 10^exponent, also where the power itself is no float."""
+    """value / 10^exponent, also if 10^exponent overflows."""
     return float(Decimal(value).scaleb(-exponent))
 
 
 def setting(value: float) -> str:
-    """A value that somebody chose, as it was written: 0.05, 300, 2×10⁻⁵."""
+    """A chosen value, as its author wrote it: 0.05, 300, 2×10⁻⁵."""
     if value and not 1e-4 <= abs(value) < 1e6:
         return number(value)
     return f"{value:.6g}".replace("-", "−")
 
 
 def quantity(value: float, unit: str) -> str:
-    """A lone value with its unit and a fitting SI prefix: 0.54 mm."""
+    """A value without an interval, with its unit and an SI prefix: 0.54 mm."""
     scale, symbol = prefixed(value, unit)
     return _with_unit(number(value / scale), value, symbol)
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:
-    """(scale, unit text) such that largest/scale is not a tiny number; only units that take prefixes change."""
+    """(scale, unit text) such that |largest| / scale ≥ 0.5 if an SI prefix allows it."""
     if unit in _SYMBOLS:
         return 1.0, _SYMBOLS[unit]
     if unit not in _PREFIXED or not math.isfinite(largest) or largest == 0.0:
@@ -80,9 +80,9 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
 
 def shown(item: Number) -> tuple[str, str]:
-    """(value with unit, interval) of a number as text; the interval of a count, or of what was observed, is empty.
+    """(value with unit, interval) of a number as text; the interval of a count or of an observed value is empty.
 
-    An infinite value has no unit: then the interval has it, where one of its ends is finite.
+    An infinite value has no unit; then the interval has it, if one of its ends is finite.
     """
     if isinstance(item.value, int):
         return count(item.value), ""
@@ -105,14 +105,14 @@ def shown(item: Number) -> tuple[str, str]:
 
 
 def _observed(value: float, item: Number) -> str:
-    """A value without an interval."""
+    """An observed value, which has no interval."""
     if not item.percent:
         return quantity(value, item.unit)
     return f"{number(100.0 * value)}{SPACE}%" if math.isfinite(value) else number(value)
 
 
 def spoken(item: Number) -> str:
-    """A number inside a sentence: 97.2 % (96.6 … 97.7, 95 % confidence)."""
+    """A number for use in a sentence: 97.2 % (96.6 … 97.7, 95 % confidence)."""
     value, interval = shown(item)
     if not isinstance(item.value, Estimate):
         return value
@@ -120,12 +120,12 @@ def spoken(item: Number) -> str:
 
 
 def percent(share: float) -> str:
-    """A given share (a confidence, a quantile) in percent: 95 %, 99.73 %."""
+    """A chosen share (a confidence, a quantile) in percent: 95 %, 99.73 %."""
     return f"{share * 100:.6g}{SPACE}%"
 
 
 def label(name: str) -> str:
-    """A metric's name as words: settling_time_s → settling time; saturation_duty.fx → saturation duty, force x."""
+    """A metric as words: settling_time_s → settling time; saturation_duty.fx → saturation duty, force x."""
     if name.startswith(MARGIN):
         return f"margin {name.removeprefix(MARGIN)}"
     stem, part = metric_and_channel(name)
@@ -134,17 +134,17 @@ def label(name: str) -> str:
 
 
 def capital(words: str) -> str:
-    """The words with a capital first letter, the others left alone."""
+    """The words with a capital first letter."""
     return words[:1].upper() + words[1:]
 
 
 def channel(name: str) -> str:
-    """A channel's name as words: fx → force x, any → worst channel."""
+    """A channel as words: fx → force x, any → worst channel."""
     return _CHANNELS.get(name, "worst channel" if name == "any" else name)
 
 
 def _decimals(value: float, low: float, high: float) -> int:
-    """Decimals that give the interval's width two significant digits and the value three to five."""
+    """The number of decimals that gives the interval's width two significant digits and the value three to five."""
     finite = [abs(x) for x in (value, low, high) if math.isfinite(x) and x != 0.0]
     if not finite:
         return 0
@@ -164,7 +164,7 @@ def _fixed(value: float, decimals: int, rounding: str) -> str:
 
 
 def _with_unit(text: str, value: float, symbol: str) -> str:
-    """The unit after a space, except after infinity (none) and for a degree sign or a power of ten."""
+    """The text and its unit: no unit after infinity, no space before a degree sign or a power of ten."""
     if not math.isfinite(value):
         return text
     return text + symbol if symbol.startswith(("°", "×")) or not symbol else f"{text}{SPACE}{symbol}"

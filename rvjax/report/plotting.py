@@ -1,7 +1,7 @@
-"""Drawing idioms shared by the sections: one style, empirical distributions with their band, bands over time.
+"""Plots that the sections share: the style, empirical distribution functions with their band, bands over time.
 
-Figures are built on `matplotlib.figure.Figure` directly (no pyplot, no window). Mathematical markup is off, so a name
-from a campaign file is drawn as it stands.
+Figures use `matplotlib.figure.Figure` directly, without pyplot. Mathematical markup is off, so that names from a campaign
+file are drawn literally.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from rvjax.stats import Estimate
 from rvjax.stats.quantile_sketch import Sketch
 from rvjax.stats.sampling_design import Observed
 
-# Okabe & Ito's colours, told apart by readers with any colour vision.
+# The palette of Okabe & Ito, which readers with any colour vision can distinguish.
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
 SERIES = (BLUE, RED, GREEN, PURPLE, SKY, ORANGE)
 INK, MUTED, GRID = "#1f2933", "#66727f", "#e3e7eb"
@@ -60,24 +60,24 @@ STYLE: Any = {
     "svg.fonttype": "path",
 }
 WIDTH = 9.2
-"""Of every figure, inches."""
+"""The width of every figure in inches."""
 
-_STEPS = 200  # points that a drawn distribution function keeps
+_STEPS = 200  # points of a drawn distribution function
 
 _BEYOND = 2.0**40
-"""About 10¹². Larger numbers are those of flights that blow up; an axis would hold nothing else, so they are drawn as infinite
-ones. An edge of the sketch's buckets."""
+"""About 10¹². Only diverging flights have larger values, which would dominate the axis, so they are drawn as infinite. This is a
+bucket edge of the sketch."""
 
 
 def axes(rows: int, columns: int, height: float, **subplots: Any) -> tuple[Figure, list[Axes]]:
-    """A figure of rows x columns axes, in reading order; `height` in inches."""
+    """A figure with rows × columns axes, in reading order; height in inches."""
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False, **subplots)
     return figure, [axis for row in grid for axis in row]
 
 
 def distribution(axis: Axes, values: Sketch, colour: str, label: str, half: float | None) -> None:
-    """P(X <= x) as a step line with a band of this half-width, where there is one; infinite values keep it below 1."""
+    """P(X ≤ x) as a step line, with a band of half-width `half` if given. Infinite values keep the line below 1."""
     finite = values.n - values.at_least(_BEYOND)
     if not finite:
         axis.plot([], [], color=colour, label=f"{label}: no finite value")
@@ -93,14 +93,14 @@ def distribution(axis: Axes, values: Sketch, colour: str, label: str, half: floa
 
 
 def probability_axis(axis: Axes) -> None:
-    """0 to 1 with the label of a distribution function."""
+    """Sets up the vertical axis of a distribution function, from 0 to 1."""
     axis.set_ylim(-0.02, 1.03)
     axis.yaxis.set_major_locator(FixedLocator([0, 0.25, 0.5, 0.75, 0.9, 1.0]))
     axis.set_ylabel("share of samples ≤ x")
 
 
 def value_axis(axis: Axis, values: Iterable[Sketch], spread: float = 30.0) -> None:
-    """Logarithmic where all finite values are positive and differ by more than a factor `spread`; plain tick labels."""
+    """Makes an axis logarithmic if all finite values are positive and their ratio exceeds `spread`."""
     reach = [ends for part in values if (ends := _finite_ends(part))]
     least, most = min((low for low, _ in reach), default=0.0), max((high for _, high in reach), default=0.0)
     if least > 0 and most > spread * least:
@@ -110,14 +110,14 @@ def value_axis(axis: Axis, values: Iterable[Sketch], spread: float = 30.0) -> No
 
 
 def _finite_ends(values: Sketch) -> tuple[float, float] | None:
-    """The smallest and the largest finite value, where there is one."""
-    behind = values.n - values.at_least(_BEYOND)
-    first = bisect_left(range(behind), True, key=lambda rank: values.value(rank) > -_BEYOND)
-    return (values.value(first), values.value(behind - 1)) if first < behind else None
+    """The smallest and the largest finite value; None if there is none."""
+    finite = values.n - values.at_least(_BEYOND)
+    first = bisect_left(range(finite), True, key=lambda rank: values.value(rank) > -_BEYOND)
+    return (values.value(first), values.value(finite - 1)) if first < finite else None
 
 
 def logarithmic(axis: Axis, ratio: float) -> None:
-    """A logarithmic axis over a ratio of largest to smallest, labelled at decades, or at 1 and 3 where they are few."""
+    """Makes an axis logarithmic, labelled at decades; if the ratio of its ends is small, also at 3 times the decades."""
     axis._set_axes_scale("log")  # pyright: ignore[reportAttributeAccessIssue]
     axis.set_major_locator(LogLocator(subs=(1.0, 3.0) if ratio < 300 else (1.0,), numticks=9))
     axis.set_minor_locator(NullLocator())
@@ -126,21 +126,21 @@ def logarithmic(axis: Axis, ratio: float) -> None:
 
 
 def limit(axis: Axes, x: float, text: str, colour: str = INK) -> None:
-    """A vertical dashed line with its meaning written along it."""
+    """A vertical dashed line with a text along it."""
     axis.axvline(x, color=colour, lw=1.0, ls=(0, (4, 3)))
     note = axis.annotate(
         text, (x, 0.03), xycoords=("data", "axes fraction"), xytext=(-3, 0), textcoords="offset points",
         rotation=90, annotation_clip=True, ha="right", va="bottom", fontsize=8, color=colour,
         bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.8},
     )  # fmt: skip
-    note.set_in_layout(False)  # one that lies beyond the axis is not drawn and takes no room
+    note.set_in_layout(False)  # a note outside the axes is not drawn and takes no space
 
 
 def bands(axis: Axes, t: NDArray[np.float64], values: NDArray[np.float64], lost: float, colour: str = BLUE) -> None:
-    """Median, 5-95 % and smallest-largest of values (samples, times) over t in seconds.
+    """Median, 5–95 % range and full range of values (samples, times) over t in seconds.
 
-    NaN, of a flight that was lost, counts as `lost` in the quantiles (+inf: the worst; NaN: left out); the outer band
-    is that of the finite values.
+    NaN is the value of a flight that diverged. The quantiles use `lost` instead (+inf: the worst value; NaN: left out). The
+    full range is that of the finite values.
     """
     finite = np.isfinite(values).any(axis=0)
     t, values = t[finite], values[:, finite]
@@ -156,12 +156,12 @@ def bands(axis: Axes, t: NDArray[np.float64], values: NDArray[np.float64], lost:
 
 
 def ends(number: Estimate | Observed) -> tuple[float, float]:
-    """The ends of an interval; of a number without one, the number itself."""
+    """The ends of the interval of a number; without an interval, the number twice."""
     return (number.low, number.high) if isinstance(number, Estimate) else (number.value, number.value)
 
 
 def intervals(axis: Axes, x: ArrayLike, estimates: Sequence[Estimate | Observed], colour: str, label: str, scale: float) -> None:
-    """Estimates times `scale` over x, joined, with their intervals; an end that is infinite is not drawn."""
+    """Estimates × scale over x as a line with error bars; infinite ends are not drawn."""
     y = scale * np.array([[estimate.value, *ends(estimate)] for estimate in estimates])
     y = np.where(np.isfinite(y), y, np.nan)
     axis.plot(x, y[:, 0], "o-", color=colour, ms=3.5, lw=1.2, label=label)
@@ -169,13 +169,13 @@ def intervals(axis: Axes, x: ArrayLike, estimates: Sequence[Estimate | Observed]
 
 
 def empty(axis: Axes, text: str) -> None:
-    """Axes without data say so."""
+    """Replaces axes without data by a text."""
     axis.set_axis_off()
     axis.text(0.5, 0.5, text, ha="center", va="center", color=MUTED, transform=axis.transAxes)
 
 
 def _thinned(n: int) -> NDArray[np.int_]:
-    """Indices 0 … n-1, at most about 200 of them, both ends kept and the tails dense."""
+    """Up to about 200 of the indices 0 … n − 1, with both ends and dense tails."""
     if n <= _STEPS:
         return np.arange(n)
     edge = 25

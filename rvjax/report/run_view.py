@@ -1,7 +1,6 @@
-"""The opened run that every section looks at: totals of all samples, the account, verdicts, envelopes and traces.
+"""Run: what the sections read of a run folder: totals of all samples, the account, verdicts, envelopes and traces.
 
-Values of samples that ended not finite are the worst possible ones wherever they are read here, so that no section
-can drop a failed sample by accident.
+The value of a not finite sample is read as the worst possible value everywhere, so that no section can drop a failed sample.
 """
 
 from __future__ import annotations
@@ -31,21 +30,21 @@ from rvjax.stats.quantile_sketch import Sketch
 from rvjax.stats.sampling_design import SamplingDesign
 
 CONFIDENCE = 0.95
-"""Of every two-sided interval in the report; a requirement brings its own."""
+"""Of every two-sided interval in the report; requirements state their confidence."""
 
 REJECTED = ".rejected"
-"""End of the name of a column that counts the draws that were rejected, and is no draw itself."""
+"""Suffix of a column that counts rejected draws; the column is not a draw."""
 
 OVERLAID = 5
-"""Worst flights that are drawn over the histories of all."""
+"""Number of worst flights that are drawn over the bands of all flights."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run folder, read and judged. `folder`: the path to show and to type; `head`: the rows of the first samples; `basis`: what
-    the samples are, and so what may be said of them.
+    """A run folder, read and judged.
 
-    baselines: totals of the other controllers that flew the same draws, by name.
+    folder: its path, as commands need it; head: the rows of the first samples; design: how the samples were drawn, which decides
+    whether estimates have intervals; baselines: by name, the totals of the other controllers on the same draws.
     """
 
     folder: str
@@ -53,7 +52,7 @@ class Run:
     totals: Totals
     head: pd.DataFrame
     account: Account
-    basis: SamplingDesign
+    design: SamplingDesign
     verdicts: Sequence[Verdict]
     envelopes: pd.DataFrame
     traces: Mapping[int, pd.DataFrame]
@@ -66,32 +65,32 @@ class Run:
 
     @property
     def flown(self) -> int:
-        """How many samples have a row."""
+        """The number of flown samples."""
         return self.totals.n
 
     @property
-    def of_head(self) -> str:
-        """What a caption adds where `head` does not have all samples; empty where it has."""
+    def head_note(self) -> str:
+        """A sentence for captions if `head` does not hold all samples; otherwise empty."""
         return f" Of the first {count(len(self.head))} samples." if len(self.head) < self.flown else ""
 
     def metrics(self, pattern: str) -> list[str]:
-        """Names of the metrics (without `metric.`) that match a whole regular expression, in column order."""
+        """Names of the metrics (without `metric.`) that fully match a regular expression, in column order."""
         return [name for name in self.totals.metrics if re.fullmatch(pattern, name)]
 
     def metric(self, name: str) -> Sketch:
-        """The values of all samples in SI; NaN, as of a sample that ended not finite, counts as the worst value."""
+        """The values of all samples in SI; NaN, the value of a not finite sample, counts as the worst value."""
         return self.totals.metrics[name]
 
     def metric_of_head(self, name: str) -> NDArray[np.float64]:
-        """(n,) values of the first samples, one for each row of `head`."""
+        """(n,) values of the first samples, in the order of `head`."""
         return metric(self.head, name, self.totals.columns)
 
     def column(self, name: str) -> Column:
-        """Unit and meaning of a metric."""
+        """Unit and description of a metric."""
         return self.totals.columns[f"metric.{name}"]
 
     def draws(self, pattern: str = ".*") -> list[str]:
-        """Paths of the numeric draws (without `draw.`) that match a whole regular expression."""
+        """Paths of the numeric draws (without `draw.`) that fully match a regular expression."""
         return [path for path in self.totals.reach if re.fullmatch(pattern, path) and not path.endswith(REJECTED)]
 
     def rejections(self) -> list[str]:
@@ -99,30 +98,30 @@ class Run:
         return [path for path in self.totals.reach if path.endswith(REJECTED)]
 
     def draw_of_head(self, path: str) -> NDArray[np.float64]:
-        """(n,) drawn values in SI of the first samples, one for each row of `head`."""
+        """(n,) drawn values in SI of the first samples, in the order of `head`."""
         return self.head[f"draw.{path}"].to_numpy(dtype=float)
 
     def quantile(self, name: str, q: float) -> Number:
         """The q-quantile of a metric with its order-statistic interval."""
-        estimate = self.basis.quantile(self.metric(name), q, CONFIDENCE)
+        estimate = self.design.quantile(self.metric(name), q, CONFIDENCE)
         return Number(f"{name}.q{q * 100:g}", estimate, self.column(name).unit, percent=is_share(name))
 
     @property
     def band(self) -> float | None:
-        """Half-width of the band about the distribution function of a metric; None where there is none."""
-        return self.basis.band(self.flown, CONFIDENCE)
+        """Half-width of the confidence band of a distribution function; None for an exploration."""
+        return self.design.band(self.flown, CONFIDENCE)
 
-    def share(self, name: str, holds: int) -> Number:
-        """The share of flown samples for which something holds, given their number, with its Clopper-Pearson interval."""
-        return Number(f"{name}.share", self.basis.share(holds, self.flown, CONFIDENCE), percent=True)
+    def share(self, name: str, successes: int) -> Number:
+        """successes / flown samples, with its Clopper-Pearson interval."""
+        return Number(f"{name}.share", self.design.share(successes, self.flown, CONFIDENCE), percent=True)
 
     def severity(self, channel: str) -> NDArray[np.float64] | None:
-        """(n,) 1 - product of what the faults leave of a channel's effectiveness, of the first samples; None without such a draw.
+        """(n,) 1 − ∏ remaining effectiveness of a channel over its faults, of the first samples; None without such draws.
 
-        A fault that sets in after the end of the flight takes nothing.
+        A fault whose onset lies after the end of the flight does not count.
         """
-        kept = [self._remaining(path) for path in self.draws(rf"faults\..*\.remaining\.{channel}")]
-        return 1 - np.prod(kept, axis=0) if kept else None
+        remaining = [self._remaining(path) for path in self.draws(rf"faults\..*\.remaining\.{channel}")]
+        return 1 - np.prod(remaining, axis=0) if remaining else None
 
     def _remaining(self, path: str) -> NDArray[np.float64]:
         onset = path.replace(".remaining.", ".onset_s.")
@@ -130,84 +129,85 @@ class Run:
         return np.where(late, 1.0, self.draw_of_head(path))
 
     def limits(self, channel: str) -> tuple[float, float]:
-        """(-lower, upper) nominal limit of a channel in N or N·m; the middle of its range where it is drawn."""
-        place = CHANNELS.index(channel)
+        """(−lower, upper) nominal limit of a channel in N or N·m; the middle of the range if the limit is drawn."""
+        index = CHANNELS.index(channel)
         actuators = self.spec.actuators
-        lower, upper = (sum(limits.supports[place]) / 2 for limits in (actuators.lower, actuators.upper))
+        lower, upper = (sum(limits.supports[index]) / 2 for limits in (actuators.lower, actuators.upper))
         return -lower, upper
 
     @property
     def overrides(self) -> list[str]:
-        """What was set beside the campaign file, as `path=value`."""
+        """The settings that override the campaign file, as `path=value`."""
         return [str(item) for item in self.provenance.get("overrides", ())]
 
     def onsets(self) -> tuple[float, float] | None:
-        """Earliest and latest drawn fault onset in seconds, over all samples; None where no fault begins."""
-        found = [self.totals.reach[path] for path in self.draws(r"faults\..*\.onset_s\..*")]
-        reach = [(low, high) for low, high in found if low <= high]
-        return (min(low for low, _ in reach), max(high for _, high in reach)) if reach else None
+        """Earliest and latest drawn fault onset in seconds, over all samples; None if no fault begins."""
+        ranges = [self.totals.reach[path] for path in self.draws(r"faults\..*\.onset_s\..*")]
+        begun = [(low, high) for low, high in ranges if low <= high]
+        return (min(low for low, _ in begun), max(high for _, high in begun)) if begun else None
 
 
 def open_run(path: str | Path) -> Run:
-    """Reads and verifies a run folder, one chunk in memory at a time, and judges its requirements.
+    """Reads and verifies a run folder, with one chunk in memory at a time, and judges its requirements.
 
-    FolderError where it is none or is damaged, IncompleteError where no chunk is finished.
+    Raises FolderError if the path is not a run folder or is damaged, and IncompleteError if no chunk is finished.
     """
     folder = RunFolder.open(path)
     campaign = campaign_of(folder)
-    fold = RunAccumulator(campaign.require, sampling_design_of(campaign), campaign.keep)
+    accumulator = RunAccumulator(campaign.require, sampling_design_of(campaign), campaign.keep)
     for chunk, frame, columns in folder.tables():
-        fold.add(chunk, frame, columns)
-    return opened(folder, fold, campaign)
+        accumulator.add(chunk, frame, columns)
+    return assemble_run(folder, accumulator, campaign)
 
 
-def opened(folder: RunFolder, fold: RunAccumulator, campaign: Spec, others: Mapping[str, Totals] | None = None) -> Run:
-    """The run of a folder whose samples have been folded; reads envelopes and the traces that are shown, no samples. others: of
-    the baselines whose samples have been folded, too, their totals by name; the samples of the others are read.
+def assemble_run(
+    folder: RunFolder, accumulator: RunAccumulator, campaign: Spec, baselines: Mapping[str, Totals] | None = None
+) -> Run:
+    """The run of a folder whose samples are accumulated already. Reads only the envelopes and the traces that the report shows.
 
-    FolderError where those are damaged, IncompleteError where no chunk is finished.
+    baselines: known totals of baselines, by name. The samples of the other baselines are read.
+    Raises FolderError if those are damaged, and IncompleteError if no chunk is finished.
     """
-    totals = fold.totals
+    totals = accumulator.totals
     if not totals.n:
         raise IncompleteError(f"{folder.path}: no chunk is finished yet; fly it with `rvjax run` and the same --out")
     names = [choice.name for choice in campaign.baselines]
-    kept = set(folder.trace_samples())
-    overlaid = [sample for sample in totals.worst["sample"].tolist() if sample in kept][:OVERLAID]
+    traced = set(folder.trace_samples())
+    overlaid = [sample for sample in totals.worst["sample"].tolist() if sample in traced][:OVERLAID]
     return Run(
         folder=str(folder.path),
         spec=campaign,
         totals=totals,
         head=totals.head,
         account=totals.account(folder.requested),
-        basis=sampling_design_of(campaign),
-        verdicts=fold.verdicts,
+        design=sampling_design_of(campaign),
+        verdicts=accumulator.verdicts,
         envelopes=folder.envelopes(),
         traces={sample: folder.trace(sample) for sample in overlaid},
         identity=folder.identity,
         provenance=folder.provenance,
         audit=folder.audit,
         chunks=folder.chunks,
-        extract=fold.extract(folder.chunks),
-        baselines={name: one for name in names if (one := _baseline(folder, name, totals, others or {}))},
+        extract=accumulator.extract(folder.chunks),
+        baselines={name: other for name in names if (other := _baseline(folder, name, totals, baselines or {}))},
     )
 
 
-def _baseline(folder: RunFolder, name: str, own: Totals, others: Mapping[str, Totals]) -> Totals | None:
-    """The totals of another controller's run, None where it has not flown all of the samples; FolderError where it flew other
-    draws than the run that it stands beside."""
+def _baseline(folder: RunFolder, name: str, run: Totals, known: Mapping[str, Totals]) -> Totals | None:
+    """The totals of a baseline; None if it has not flown all samples of the run. FolderError if the draws differ."""
     path = folder.path / BASELINES / name
-    totals = others.get(name)
+    totals = known.get(name)
     if totals is None:
         if not path.is_dir():
             return None
         totals = Totals()
         for table in RunFolder.open(path).tables():
             totals.add(*table)
-    drawn = [name for name in own.head.columns if name.startswith("draw.") and not name.startswith("draw.controller.")]
-    if totals.n != own.n:
+    drawn = [name for name in run.head.columns if name.startswith("draw.") and not name.startswith("draw.controller.")]
+    if totals.n != run.n:
         return None
-    if not totals.head[["sample", *drawn]].equals(own.head[["sample", *drawn]]):
-        raise FolderError(f"{path}: not the draws of the run that it is compared with; fly the campaign again with another --out")
+    if not totals.head[["sample", *drawn]].equals(run.head[["sample", *drawn]]):
+        raise FolderError(f"{path}: the draws differ from those of the run; fly the campaign again with another --out")
     return totals
 
 

@@ -1,4 +1,4 @@
-"""What a search found → sections → report.html, report.md and figures in its folder. The same search gives the same bytes."""
+"""The result of a search → sections → report.html, report.md and figures in its folder. The same search gives the same bytes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rvjax.errors import IncompleteError
 from rvjax.report import html, markdown
-from rvjax.report.figures import drawn
+from rvjax.report.figures import render
 from rvjax.report.tuning_sections import sections
 from rvjax.report.tuning_sections.confirmation import headline
 from rvjax.run_folder import RunFolder, tuning_record
@@ -14,19 +14,19 @@ from rvjax.run_folder.tuning_record import Searched
 
 
 def build(folder: RunFolder) -> Path:
-    """Writes the report of a finished search again; IncompleteError where it has not finished."""
-    found = tuning_record.read(folder.path)
-    if found is None:
-        raise IncompleteError(f"{folder.path}: the search has not finished; `rvjax tune` with the same --out goes on with it")
+    """Rewrites the report of a finished search and returns the path of `report.html`; IncompleteError if it has not finished."""
+    search = tuning_record.read(folder.path)
+    if search is None:
+        raise IncompleteError(f"{folder.path}: the search has not finished; `rvjax tune` with the same --out resumes it")
     for name in (tuning_record.NAME, tuning_record.TABLE, tuning_record.BEST):
         folder.write_bytes(name, (folder.path / name).read_bytes())
-    return write(folder, found)
+    return write(folder, search)
 
 
-def write(folder: RunFolder, found: Searched) -> Path:
-    """Writes the report beside what was found, and seals the folder; returns the path of `report.html`."""
-    top = headline(found)
-    shown, pictures = drawn(folder, lambda: sections(found))
+def write(folder: RunFolder, search: Searched) -> Path:
+    """Writes the report of a search into its folder, seals the folder, and returns the path of `report.html`."""
+    top = headline(search)
+    shown, pictures = render(folder, lambda: sections(search))
     folder.write_text("report.md", markdown.page(top, shown))
     page = folder.write_text("report.html", html.page(top, shown, pictures))
     folder.seal()

@@ -19,7 +19,7 @@ from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.analysis.run_totals import HEAD
 from rvjax.errors import FolderError
 from rvjax.report import build, plotting, write
-from rvjax.report.run_view import opened
+from rvjax.report.run_view import assemble_run
 from rvjax.run_folder import RunFolder
 from rvjax.stats import dkw_band, quantile_interval
 from rvjax.stats.quantile_sketch import EXACT, RELATIVE_ERROR, Sketch
@@ -116,7 +116,7 @@ def test_what_looks_at_single_samples_says_how_many(folder: Path, table: pd.Data
     text = (folder / "report.md").read_text()
     assert text.count("Of the first 6,400 samples.") == 5  # severity: figure, table; worst; drivers: figure, table
     assert "read from sketches" in text
-    assert "right to 0.05\u00a0%" in text
+    assert "relative error of up to 0.05\u00a0%" in text
     first = table.iloc[:FIRST].fillna({"metric.settling_time_s": math.inf})
     distance = np.linalg.norm(first[[f"draw.start.rho_m.{axis}" for axis in "xyz"]], axis=1)
     truth = spearmanr(distance, first["metric.settling_time_s"]).statistic
@@ -157,7 +157,7 @@ def test_worst_samples_and_onsets_are_those_of_all(folder: Path, table: pd.DataF
         fold.add(*part)
     onsets = table.filter(regex=r"draw\.faults\..*onset").to_numpy()
     campaign = verdicts.campaign_of(RunFolder.open(folder))
-    assert opened(RunFolder.open(folder), fold, campaign).onsets() == (onsets.min(), onsets.max())
+    assert assemble_run(RunFolder.open(folder), fold, campaign).onsets() == (onsets.min(), onsets.max())
 
 
 def test_chunks_in_any_order_give_the_same_bytes(folder: Path) -> None:
@@ -175,7 +175,7 @@ def test_chunks_in_any_order_give_the_same_bytes(folder: Path) -> None:
     aside = folder / "samples"
     aside.rename(folder / "aside")
     try:
-        write(here, opened(here, fold, campaign))
+        write(here, assemble_run(here, fold, campaign))
         with pytest.raises(FolderError, match="missing"):
             build(folder)
     finally:

@@ -91,9 +91,9 @@ def test_events_are_counted_at_their_edge(run: Run) -> None:
     assert "between 3.00 s and 7.00 s." in captured.section(changed).body[-1]
     for drift in (-1.0, 1.0):
         drifts = {"metric.peak_chi": 0.0, "metric.peak_estimate_drift": np.where(place == 7, drift, 0.0)}
-        assert "adapts, without a Nussbaum gain" in adaptation.section(_with(run, run.head.assign(**drifts))).lead
+        assert "is adaptive but has no Nussbaum gain" in adaptation.section(_with(run, run.head.assign(**drifts))).lead
     silent = _with(run, run.head.assign(**{"metric.peak_chi": 0.0, "metric.peak_estimate_drift": 0.0}))
-    assert "reports no adaptive signals" in adaptation.section(silent).lead
+    assert "has no adaptive signals" in adaptation.section(silent).lead
 
 
 def test_a_draw_stands_out_by_its_rank_among_the_first(run: Run) -> None:

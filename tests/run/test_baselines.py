@@ -105,5 +105,5 @@ def test_other_draws_are_not_compared(folder: Path, tmp_path: Path) -> None:
     place = tmp_path / "run" / "baselines" / "soft"
     shutil.rmtree(place)
     run(CAMPAIGN, place, (*OVERRIDES, "baselines=[]", "seed=2"))
-    with pytest.raises(FolderError, match="soft: not the draws of the run that it is compared with"):
+    with pytest.raises(FolderError, match="soft: the draws differ from those of the run"):
         build(tmp_path / "run")

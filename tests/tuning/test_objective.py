@@ -13,7 +13,8 @@ from scipy import stats as scipy_stats
 from rvjax.campaign import Requirement
 from rvjax.campaign.tuning import Objective
 from rvjax.columns import Column
-from rvjax.search.tuning.objective import POWER, Judge, Measure, Score, needed, tail_mean
+from rvjax.search.tuning.objective import POWER, Judge, Measure, needed, tail_mean
+from rvjax.stats.pareto import Score
 
 COLUMNS = {
     "metric.settling_time_s": Column("settling_time_s", "s", "", "lower"),

@@ -12,8 +12,9 @@ from scipy import stats as scipy_stats
 
 from rvjax.campaign.tuning import Objective
 from rvjax.columns import Column
-from rvjax.search.tuning.objective import Judge, Measure, Score
-from rvjax.search.tuning.race import RaceSettings, Standing, crowding, front_of, ordered, race, ranks
+from rvjax.search.tuning.objective import Judge, Measure
+from rvjax.search.tuning.race import RaceSettings, Standing, crowding, ordered, race, ranks
+from rvjax.stats.pareto import Score, front_of
 
 COLUMNS = {"metric.settling_time_s": Column("settling_time_s", "s", "", "lower")}
 SIZES = (32, 64, 128, 256, 512)

@@ -1,1 +1,1 @@
-"""What a continuous-integration service reads: JUnit XML, GitHub's annotations and job summary, items of pytest."""
+"""Output for continuous integration: JUnit XML, GitHub annotations and the GitHub job summary."""

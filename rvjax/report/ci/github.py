@@ -1,6 +1,6 @@
-"""GitHub actions: annotations on the lines of a campaign, and a summary of the job.
+"""GitHub Actions: annotations on the lines of a campaign file, and the job summary.
 
-The commands and their escaping are those of GitHub's documentation, "Workflow commands for GitHub Actions".
+The commands and their escaping follow GitHub's documentation, "Workflow commands for GitHub Actions".
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ _SIGNS = {"PASS": "✅", "FAIL": "❌", "UNDECIDED": "❔"}
 
 
 def active(environment: Mapping[str, str] = os.environ) -> bool:
-    """Whether this runs as a step of GitHub actions."""
+    """Whether this process runs in GitHub Actions."""
     return environment.get("GITHUB_ACTIONS") == "true"
 
 
 def of_verdicts(verdicts: Sequence[Verdict], places: Sequence[str]) -> list[str]:
-    """One command for each requirement that does not pass. places: `file:line:column` of each requirement."""
+    """A command for each requirement that does not pass. places: `file:line:column` of each requirement."""
     return [
         command(_LEVELS[verdict.verdict], place, f"{verdict.verdict}: {title(verdict.requirement)}", verdict.text)
         for verdict, place in zip(verdicts, places, strict=True)
@@ -40,31 +40,33 @@ def of_verdicts(verdicts: Sequence[Verdict], places: Sequence[str]) -> list[str]
 
 
 def of_comparisons(comparisons: Sequence[BaselineComparison], baseline: str, place: str) -> list[str]:
-    """One command for each comparison with a baseline that is worse. place: of the controller in the campaign."""
-    worse = [one for one in comparisons if one.significant]
-    return [command("error", place, f"worse than the baseline: {one.what}", one.told(baseline)) for one in worse]
+    """A command for each comparison that is significantly worse than the baseline. place: of the controller in the campaign."""
+    worse = [comparison for comparison in comparisons if comparison.significant]
+    return [
+        command("error", place, f"worse than the baseline: {comparison.what}", comparison.told(baseline)) for comparison in worse
+    ]
 
 
 def of_error(text: str) -> str:
-    """A command for what ended the program and has no place in a file."""
+    """A command for an error without a place in a file."""
     return command("error", "", "rvjax", text)
 
 
 def of_findings(findings: Iterable[Finding]) -> list[str]:
-    """One command for each mistake in a campaign."""
+    """A command for each mistake in a campaign."""
     return [command("error", finding.where, "campaign", str(finding)) for finding in findings]
 
 
 def command(level: str, place: str, heading: str, message: str) -> str:
-    """`::error file=…,line=…,col=…,title=…::message`, one line whatever is in the texts."""
-    found = _PLACE.fullmatch(place)
-    where = {"file": relative(found[1]), "line": found[2], "col": found[3]} if found else {}
+    """`::error file=…,line=…,col=…,title=…::message`, always a single line."""
+    match = _PLACE.fullmatch(place)
+    where = {"file": relative(match[1]), "line": match[2], "col": match[3]} if match else {}
     parts = ",".join(f"{name}={_property(value)}" for name, value in {**where, "title": heading}.items())
     return f"::{level} {parts}::{_data(message)}"
 
 
 def relative(path: str, environment: Mapping[str, str] = os.environ) -> str:
-    """The path as seen from the checkout, where it lies below it; with forward slashes."""
+    """The path with forward slashes, relative to the checkout if it lies inside."""
     root = environment.get("GITHUB_WORKSPACE")
     absolute = Path(path).absolute()
     return absolute.relative_to(root).as_posix() if root and absolute.is_relative_to(root) else Path(path).as_posix()
@@ -79,42 +81,47 @@ def _property(text: str) -> str:
 
 
 def summary(campaign: str, verdicts: Sequence[Verdict], comparisons: Sequence[BaselineComparison] = ()) -> str:
-    """A table of requirements, verdicts and bounds in Markdown, and one of comparisons with a baseline; nothing in them acts."""
+    """Markdown tables of the verdicts and of the comparisons with a baseline; every text is escaped."""
     words = [verdict.verdict for verdict in verdicts]
-    found = ", ".join(f"{words.count(word)} {word}" for word in _SIGNS if word in words) or "no requirement"
-    lines = [f"### {_cell(campaign)}: {found}", ""]
+    counts = ", ".join(f"{words.count(word)} {word}" for word in _SIGNS if word in words) or "no requirement"
+    lines = [f"### {_cell(campaign)}: {counts}", ""]
     if verdicts:
-        lines += ["| requirement | verdict | samples | found | at least | at most | required |", "| --- " * 7 + "|"]
+        lines += ["| requirement | verdict | samples | estimate | lower bound | upper bound | required |", "| --- " * 7 + "|"]
     for verdict in verdicts:
         numbers = ((verdict.estimate.value, round), (verdict.low_bound, math.floor), (verdict.high_bound, math.ceil))
-        shown = [_shown(verdict, x, way) for x, way in (*numbers, (verdict.limit, round))]
+        shown = [_shown(verdict, x, rounding) for x, rounding in (*numbers, (verdict.limit, round))]
         cells = [title(verdict.requirement), f"{_SIGNS[verdict.verdict]} {verdict.verdict}", f"{verdict.n:,}", *shown]
         lines.append(f"| {' | '.join(map(_cell, cells))} |")
     if comparisons:
-        worse = sum(one.significant for one in comparisons)
-        lines += ["", f"Against the baseline: {f'worse in {worse}' if worse else 'not worse'}", ""]
-        lines += ["| compared | | worse samples | better | p |", "| --- " * 5 + "|"]
-    for one in comparisons:
-        cells = [one.what, "❌ WORSE" if one.significant else "–", f"{one.worse:,}", f"{one.better:,}", f"{one.p:.2g}"]
+        worse = sum(comparison.significant for comparison in comparisons)
+        lines += [
+            "",
+            f"Comparison with the baseline: {f'significantly worse in {worse}' if worse else 'not significantly worse'}",
+            "",
+        ]
+        lines += ["| comparison | result | samples worse | samples better | p |", "| --- " * 5 + "|"]
+    for comparison in comparisons:
+        result = "❌ WORSE" if comparison.significant else "–"
+        cells = [comparison.what, result, f"{comparison.worse:,}", f"{comparison.better:,}", f"{comparison.p:.2g}"]
         lines.append(f"| {' | '.join(map(_cell, cells))} |")
     return "\n".join([*lines, ""])
 
 
-def _shown(verdict: Verdict, x: float, way: Callable[[float], int]) -> str:
-    """A share in percent, its bounds rounded outwards; a mean in its unit."""
+def _shown(verdict: Verdict, x: float, rounding: Callable[[float], int]) -> str:
+    """A share in percent, with its bounds rounded outwards; a mean in its unit."""
     if verdict.requirement.mean:
         return f"{x:.5g} {verdict.unit}".removesuffix(" 1")
-    return f"{way(round(1e4 * x, 9)) / 100:g} %" if math.isfinite(x) else "–"
+    return f"{rounding(round(1e4 * x, 9)) / 100:g} %" if math.isfinite(x) else "–"
 
 
 def _cell(text: str) -> str:
-    """Text of a Markdown table as it is: no line end, no HTML, no mark that acts."""
+    """Text for a cell of a Markdown table, with line ends, HTML and marks escaped."""
     plain = visible(text).replace("\n", " ").replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return re.sub(r"([\\`*_{}\[\]()#+!|~@])", r"\\\1", plain)
 
 
 def append_summary(text: str, environment: Mapping[str, str] = os.environ) -> None:
-    """Adds to the job's summary, where the service has a file for it."""
+    """Appends to the job summary, if the environment names a file for it."""
     if path := environment.get("GITHUB_STEP_SUMMARY"):
         with open(path, "a", encoding="utf-8") as file:
             file.write(f"{text}\n")

@@ -1,6 +1,6 @@
-"""The sections of a report, one file each; a section is a function of the opened run, None where it has nothing to show.
+"""The sections of a run's report, each in its file. A section is a function Run → Section, or None if it has nothing to show.
 
-A new section is a new file and a line in SECTIONS, in the order of the page.
+To add a section, add a file and a line in SECTIONS, which is in the order of the page.
 """
 
 from __future__ import annotations
@@ -43,5 +43,5 @@ SECTIONS: tuple[Callable[[Run], Section | None], ...] = (
 
 
 def sections(run: Run) -> list[Section]:
-    """All that a run has, in the order of the page."""
+    """All sections of a run, in the order of the page."""
     return [made for section in SECTIONS if (made := section(run)) is not None]

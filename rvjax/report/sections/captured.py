@@ -11,13 +11,13 @@ from rvjax.run_folder import OUTCOMES
 
 _MEANING = {
     "captured": "captured: inside the position and attitude tubes over the whole closing window",
-    "not_settled": "not settled: flown to the end, outside a tube at some time in the closing window",
-    "not_finite": "not finite: the flight diverged to a value that is not a number",
+    "not_settled": "not settled: flown to the end, but outside a tube at some time in the closing window",
+    "not_finite": "not finite: the flight diverged until a value was no longer finite",
 }
 
 
 def section(run: Run) -> Section:
-    """The share of every outcome with its interval; the counts and the missing samples add up to the requested ones."""
+    """The share of every outcome with its interval, and the account of all requested samples."""
     account = run.account
     captured = run.share("captured", account.captured)
     counts = {
@@ -28,11 +28,11 @@ def section(run: Run) -> Section:
     }
     table = shares(
         run,
-        f"Outcome of {count(run.flown)} flown samples.",
+        f"Outcomes of {count(run.flown)} flown samples.",
         {outcome: (_MEANING[outcome], counts[outcome]) for outcome in OUTCOMES},
     )
     total = " + ".join(f"{count(value)} {name.replace('_', ' ')}" for name, value in counts.items())
-    accounting = f"Account: {total} = {count(account.requested)} requested. No sample is left out of any number below."
+    accounting = f"Account: {total} = {count(account.requested)} requested. Every flown sample counts in every number below."
     lead = f"{spoken(captured)} of the flown samples are captured."
     return Section("captured", "Captured share and outcomes", lead, (_bar(counts), table, accounting, *_ends(run)))
 
@@ -56,9 +56,9 @@ def _bar(counts: dict[str, int]) -> Drawing:
 
 
 def _ends(run: Run) -> tuple[str, ...]:
-    """When the flights that diverged did so."""
+    """The times at which flights diverged."""
     lost = run.totals.lost
     if not lost.n:
         return ()
     earliest, latest = number(lost.value(0)), number(lost.value(lost.n - 1))
-    return (f"Flights that ended not finite did so between {earliest} s and {latest} s.",)
+    return (f"The not finite flights diverged between {earliest} s and {latest} s.",)

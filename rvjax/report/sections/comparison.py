@@ -1,4 +1,4 @@
-"""Section: the controller under test beside other controllers on the same draws."""
+"""Section: the controller under test compared with the baseline controllers on the same draws."""
 
 from __future__ import annotations
 
@@ -21,57 +21,58 @@ _STYLES = ("-", (0, (4, 1.5)), (0, (1, 1)))
 
 
 def section(run: Run) -> Section | None:
-    """One row for each controller, with intervals; None where the campaign has no other controller."""
+    """One row for each controller, with intervals; None if the campaign has no baselines."""
     if not run.baselines:
         return None
-    all_of_them = {run.spec.controller.name: run.totals, **run.baselines}
-    shares = {name: _captured(run, name, totals) for name, totals in all_of_them.items()}
-    metrics = [(name, q) for name, q in _QUANTILES if all(name in totals.metrics for totals in all_of_them.values())]
+    controllers = {run.spec.controller.name: run.totals, **run.baselines}
+    shares = {name: _captured(run, name, totals) for name, totals in controllers.items()}
+    metrics = [(name, q) for name, q in _QUANTILES if all(name in totals.metrics for totals in controllers.values())]
     head = ("controller", "captured", *(f"{label(name)}, {percent(q) if q != 0.5 else 'median'}" for name, q in metrics))
     rows = tuple(
-        (name, shares[name], *(_quantile(run, name, totals, *m) for m in metrics)) for name, totals in all_of_them.items()
+        (name, shares[name], *(_quantile(run, name, totals, *m) for m in metrics)) for name, totals in controllers.items()
     )
-    lost = {name: totals.counts.get("not_finite", 0) for name, totals in all_of_them.items()}
-    notes = [f"{name}: {count(n)} flights ended not finite." for name, n in lost.items() if n]
+    lost = {name: totals.counts.get("not_finite", 0) for name, totals in controllers.items()}
+    notes = [f"{name}: {count(n)} flights diverged (not finite)." for name, n in lost.items() if n]
     intervals = (
-        f" Captured: Clopper–Pearson; quantiles: order statistics; {percent(CONFIDENCE)} confidence each. Each interval is that "
-        "of its controller by itself; on common draws a difference is known better than they tell."
+        f" Captured: Clopper–Pearson; quantiles: order statistics; {percent(CONFIDENCE)} confidence each. Each interval is for "
+        "one controller alone. Because the draws are common, differences between controllers are known more precisely than these "
+        "intervals suggest."
     )
     caption = (
-        f"Every controller on the same {count(run.flown)} draws of plant, disturbances and faults.{run.basis.words(intervals)}"
+        f"Every controller on the same {count(run.flown)} draws of plant, disturbances and faults.{run.design.words(intervals)}"
     )
-    body = (_figure(run, all_of_them, shares), Table(caption, head, rows), *notes)
+    body = (_figure(run, controllers, shares), Table(caption, head, rows), *notes)
     return Section("comparison", "Controllers on the same draws", _lead(run, shares), body)
 
 
 def _lead(run: Run, shares: dict[str, Number]) -> str:
     best = max(shares, key=lambda name: shares[name].estimate.value)
-    own = run.spec.controller.name
-    if shares[own].estimate.value >= shares[best].estimate.value:
-        return f"No other controller has more samples captured than {own}: {spoken(shares[own])}."
-    return f"Most samples are captured with {best}: {spoken(shares[best])}. With {own}: {spoken(shares[own])}."
+    tested = run.spec.controller.name
+    if shares[tested].estimate.value >= shares[best].estimate.value:
+        return f"No baseline captures more samples than {tested}: {spoken(shares[tested])}."
+    return f"{best} captures the most samples: {spoken(shares[best])}. {tested}: {spoken(shares[tested])}."
 
 
 def _captured(run: Run, name: str, totals: Totals) -> Number:
-    estimate = run.basis.share(totals.counts.get("captured", 0), totals.n, CONFIDENCE)
+    estimate = run.design.share(totals.counts.get("captured", 0), totals.n, CONFIDENCE)
     return Number(f"comparison.{name}.captured", estimate, percent=True)
 
 
 def _quantile(run: Run, name: str, totals: Totals, metric: str, q: float) -> Cell:
-    estimate = run.basis.quantile(totals.metrics[metric], q, CONFIDENCE)
+    estimate = run.design.quantile(totals.metrics[metric], q, CONFIDENCE)
     unit = totals.columns[f"metric.{metric}"].unit
     return Number(f"comparison.{name}.{metric}.q{q * 100:g}", estimate, unit, percent=metric.startswith("saturation_duty"))
 
 
 def _figure(run: Run, controllers: dict[str, Totals], shares: dict[str, Number]) -> Drawing:
-    """Captured share of each, and the distribution functions of the settling times."""
+    """Captured share of each controller, and the distribution functions of the settling times."""
     figure, (left, right) = plotting.axes(1, 2, 0.28 * len(controllers) + 2.2, width_ratios=(1, 1.4))
     for row, (name, totals) in enumerate(controllers.items()):
         colour = plotting.SERIES[row % len(plotting.SERIES)]
         estimate = shares[name].estimate
         low, high = plotting.ends(estimate)
         ends = [[100 * (estimate.value - low)], [100 * (high - estimate.value)]]
-        face = "white" if row >= len(plotting.SERIES) else colour  # as the curve, which is dashed then
+        face = "white" if row >= len(plotting.SERIES) else colour  # its curve is dashed
         left.errorbar([100 * estimate.value], [row], xerr=ends, fmt="o", ms=5, color=colour, mfc=face, capsize=2, lw=1.4)
         if "settling_time_s" in totals.metrics:
             _curve(run, right, totals, colour, name, _STYLES[row // len(plotting.SERIES) % len(_STYLES)])
@@ -82,14 +83,14 @@ def _figure(run: Run, controllers: dict[str, Totals], shares: dict[str, Number])
     plotting.probability_axis(right)
     right.set_xlabel("settling time, s")
     right.set_xlim(0, run.spec.horizon.duration_s)
-    interval = run.basis.words(" with its interval")
-    text = f"Left: captured share{interval}. Right: share of samples whose position has settled (▸: the others never do)."
-    text += " A dashed curve belongs to a hollow dot." if len(controllers) > len(plotting.SERIES) else ""
+    interval = run.design.words(" with its confidence interval")
+    text = f"Left: captured share{interval}. Right: share of samples whose position has settled (▸: the others never settle)."
+    text += " Dashed curves belong to the hollow dots." if len(controllers) > len(plotting.SERIES) else ""
     return Drawing("comparison", text, figure)
 
 
 def _curve(run: Run, axis: Axes, totals: Totals, colour: str, name: str, style: object) -> None:
     before = len(axis.lines)
-    plotting.distribution(axis, totals.metrics["settling_time_s"], colour, name, run.basis.band(totals.n, CONFIDENCE))
+    plotting.distribution(axis, totals.metrics["settling_time_s"], colour, name, run.design.band(totals.n, CONFIDENCE))
     for line in axis.lines[before:]:
         line.set_linestyle(style)  # pyright: ignore[reportArgumentType]

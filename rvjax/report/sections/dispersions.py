@@ -1,4 +1,4 @@
-"""Section: what was drawn, from which laws, apart by what is chance and what is not known."""
+"""Section: the draws and their distributions, aleatory and epistemic ones apart."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from rvjax.report.number_format import capital, count, quantity
 from rvjax.report.run_view import REJECTED, Run
 
 _MEANING = {
-    ALEATORY: "chance: it differs from flight to flight",
-    EPISTEMIC: "not known: one number in reality, whose spread over the samples is what we do not know",
+    ALEATORY: "random: the value differs from flight to flight",
+    EPISTEMIC: "uncertain: the value is fixed in reality but not known exactly",
 }
-_HEAD = ("draw", "unit", "law", "smallest", "median", "largest")
+_HEAD = ("draw", "unit", "distribution", "smallest", "median", "largest")
 
 
 def section(run: Run) -> Section:
-    """Each draw with its law and its observed range, one table for each kind; how many draws were rejected."""
+    """A table for each kind of draw, with distributions and observed ranges; the number of rejected draws."""
     title = "Dispersions"
     drawn = {kind: [path for path in run.draws() if (_column(run, path).kind or ALEATORY) == kind] for kind in _MEANING}
     if not any(drawn.values()):
@@ -32,12 +32,15 @@ def _column(run: Run, path: str) -> Column:
 
 
 def _table(run: Run, kind: str, paths: list[str]) -> Table:
-    caption = f"{capital(kind)} draws ({_MEANING[kind]}). Laws in the unit of the draw. Observed values; medians{_of(run)}."
+    caption = (
+        f"{capital(kind)} draws ({_MEANING[kind]}). Distributions are in the unit of the draw. Smallest and largest values are "
+        f"those of all samples, medians those{_of(run)}."
+    )
     return Table(caption, _HEAD, tuple(_row(run, path) for path in paths))
 
 
 def _of(run: Run) -> str:
-    return run.of_head.rstrip(".").replace(" Of", " of") or " of all samples"
+    return run.head_note.rstrip(".").replace(" Of", " of") or " of all samples"
 
 
 def _row(run: Run, path: str) -> tuple[Cell, ...]:
@@ -48,13 +51,13 @@ def _row(run: Run, path: str) -> tuple[Cell, ...]:
 
 
 def _rejections(run: Run) -> tuple[str, ...]:
-    """How many draws of each body were rejected because no body can have them."""
-    told: list[str] = []
+    """How many drawn inertias of each body were rejected."""
+    sentences: list[str] = []
     for path in run.rejections():
         counts = run.draw_of_head(path)
         accepted = len(counts) / (len(counts) + counts.sum()) if len(counts) else 1.0
-        told.append(
-            f"{path.removesuffix(REJECTED)}: {count(int(counts.sum()))} draws were rejected because no body can have them, "
-            f"and drawn again, for {count(len(counts))} samples ({100 * accepted:.3g} % of the draws were accepted).{run.of_head}"
+        sentences.append(
+            f"{path.removesuffix(REJECTED)}: {count(int(counts.sum()))} draws were rejected as unphysical and redrawn, "
+            f"for {count(len(counts))} samples ({100 * accepted:.3g} % of the draws were accepted).{run.head_note}"
         )
-    return tuple(told)
+    return tuple(sentences)

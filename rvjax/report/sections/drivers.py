@@ -1,4 +1,4 @@
-"""Section: which draws go with a bad result."""
+"""Section: the draws that correlate with the results."""
 
 from __future__ import annotations
 
@@ -18,57 +18,62 @@ _FEWEST = 30
 
 
 def section(run: Run) -> Section:
-    """Rank correlation of every draw with the settling time and the closing window's error; those away from zero."""
-    title = "What drives the result"
+    """Rank correlations of the draws with the settling time and the window position error, where clearly not zero."""
+    title = "Drivers of the results"
     drawn = _varied(run) if len(run.head) >= _FEWEST else {}
     results = [name for name in _RESULTS if run.metrics(name)]
     if not drawn or not results:
-        reason = f"Not shown: it needs at least {_FEWEST} samples and a draw that varies."
+        reason = f"Not shown: rank correlations need at least {_FEWEST} samples and a draw that varies."
         return Section("drivers", title, reason)
     confidence = 1 - (1 - CONFIDENCE) / (len(drawn) * len(results))
     values = {name: run.metric_of_head(name) for name in results}
-    found = {name: {path: run.basis.correlation(x, y, confidence) for path, x in drawn.items()} for name, y in values.items()}
-    strength = {path: max(abs(found[name][path].value) for name in results) for path in drawn}
+    correlations = {
+        name: {path: run.design.correlation(x, y, confidence) for path, x in drawn.items()} for name, y in values.items()
+    }
+    strength = {path: max(abs(correlations[name][path].value) for name in results) for path in drawn}
     clear = [
         path
         for path in drawn
-        if any(not low <= 0 <= high for low, high in (plotting.ends(found[name][path]) for name in results))
+        if any(not low <= 0 <= high for low, high in (plotting.ends(correlations[name][path]) for name in results))
     ]
     leading = sorted(clear, key=lambda path: (-strength[path], path))[:_SHOWN]
     if not leading:
-        return Section("drivers", title, f"None of the {len(drawn)} draws goes clearly with the result.")
+        return Section("drivers", title, f"None of the {len(drawn)} draws clearly correlates with a result.")
     intervals = (
-        f" Intervals: {percent(CONFIDENCE)} confidence for all {len(drawn) * len(results)} pairs at once (Bonferroni; each by "
+        f" Intervals: {percent(CONFIDENCE)} simultaneous confidence for all {len(drawn) * len(results)} pairs (Bonferroni, with "
         "the approximation of Bonett and Wright)."
     )
     caption = (
         "Spearman rank correlation: +1 if the result always rises with the draw, −1 if it always falls."
-        f"{run.basis.words(intervals)} No proof of a cause, and a draw that acts both ways shows none.{run.of_head}"
+        f"{run.design.words(intervals)} Correlation does not prove a cause, and it misses effects that are not monotonic."
+        f"{run.head_note}"
     )
     head = ("draw", *(label(name) for name in results))
-    rows = tuple((path, *(Number(f"correlation.{name}.{path}", found[name][path]) for name in results)) for path in leading)
-    lead = (
-        f"{len(clear)} of {len(drawn)} draws go{run.basis.words(' clearly')} with the {' or the '.join(map(label, results))}; "
-        f"the strongest is {leading[0]}."
+    rows = tuple(
+        (path, *(Number(f"correlation.{name}.{path}", correlations[name][path]) for name in results)) for path in leading
     )
-    return Section("drivers", title, lead, (_figure(run, found, leading), Table(caption, head, rows)))
+    lead = (
+        f"{len(clear)} of {len(drawn)} draws{run.design.words(' clearly')} correlate with the "
+        f"{' or the '.join(map(label, results))}; {leading[0]} has the strongest correlation."
+    )
+    return Section("drivers", title, lead, (_figure(run, correlations, leading), Table(caption, head, rows)))
 
 
 def _varied(run: Run) -> dict[str, NDArray[np.float64]]:
     """Every draw that varies, and the length of every drawn vector as |path|."""
     drawn = {path: run.draw_of_head(path) for path in run.draws()}
     vectors = {path.removesuffix(".x") for path in drawn if path.endswith(".x")}
-    whole = [stem for stem in sorted(vectors) if f"{stem}.y" in drawn and f"{stem}.z" in drawn]
-    drawn |= {f"|{stem}|": np.linalg.norm([drawn[f"{stem}.{axis}"] for axis in "xyz"], axis=0) for stem in whole}
+    stems = [stem for stem in sorted(vectors) if f"{stem}.y" in drawn and f"{stem}.z" in drawn]
+    drawn |= {f"|{stem}|": np.linalg.norm([drawn[f"{stem}.{axis}"] for axis in "xyz"], axis=0) for stem in stems}
     return {path: x for path, x in drawn.items() if x.min() < x.max()}
 
 
-def _figure(run: Run, found: dict[str, dict[str, Estimate | Observed]], leading: list[str]) -> Drawing:
-    """Dot and interval per draw and result."""
+def _figure(run: Run, correlations: dict[str, dict[str, Estimate | Observed]], leading: list[str]) -> Drawing:
+    """A dot with its interval per draw and result."""
     figure, (axis,) = plotting.axes(1, 1, 0.34 * len(leading) + 1.1)
     axis.axvline(0, color=plotting.INK, lw=0.8)
-    for offset, colour, name in zip((-0.14, 0.14), (plotting.BLUE, plotting.RED), found, strict=False):
-        estimates = [found[name][path] for path in leading]
+    for offset, colour, name in zip((-0.14, 0.14), (plotting.BLUE, plotting.RED), correlations, strict=False):
+        estimates = [correlations[name][path] for path in leading]
         y = np.arange(len(leading)) + offset
         x = np.array(
             [
@@ -82,5 +87,5 @@ def _figure(run: Run, found: dict[str, dict[str, Estimate | Observed]], leading:
     axis.set_xlim(-1, 1)
     axis.set_xlabel("rank correlation")
     figure.legend(loc="outside upper center", ncols=2)
-    text = f"Draws that go with the result, strongest first{run.basis.words(', with simultaneous intervals')}.{run.of_head}"
+    text = f"Rank correlations, strongest first{run.design.words(', with simultaneous intervals')}.{run.head_note}"
     return Drawing("drivers", text, figure)

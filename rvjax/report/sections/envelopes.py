@@ -1,4 +1,4 @@
-"""Section: how errors, rates and the commanded wrench develop over time."""
+"""Section: errors, rates and the commanded wrench over time."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _NORMS = {
 
 
 def section(run: Run) -> Section:
-    """Median, 5–95 % and all samples over time, the worst flights overlaid; the commanded wrench within its limits."""
+    """Median, 5–95 % range and full range over time, with the worst flights overlaid; the commanded wrench and its limits."""
     title = "Flights over time"
     if run.envelopes.empty:
-        return Section("envelopes", title, "The run kept no time histories.")
+        return Section("envelopes", title, "This run kept no time histories.")
     kept = len(set(run.envelopes["sample"]))
-    lead = f"Histories of {count(kept)} of the {count(run.flown)} flown samples."
+    lead = f"Time histories of {count(kept)} of the {count(run.flown)} flown samples."
     table = run.envelopes.pivot(index="sample", columns="t_s")
     body = (_norm_figure(run, table, kept), _norm_table(run, table, kept), _wrench_figure(run, table, kept))
     return Section("envelopes", title, lead, body)
@@ -45,7 +45,7 @@ def _norm_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
         positive = values[np.isfinite(values) & (values > 0)]
         if positive.size:
             low, high = np.quantile(positive, (0.001, 0.999))
-            high = min(10 * high, positive.max())  # a flight that diverges may leave the picture
+            high = min(10 * high, positive.max())  # a diverging flight may leave the axes
             plotting.logarithmic(axis.yaxis, high / low)
             axis.set_ylim(low / 1.5, high * 1.5)
         axis.set_title(capital(words))
@@ -72,26 +72,26 @@ def _wrench_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
     low, high = run.spec.actuators.spread.supports[0]
     text = _caption("Commanded wrench h(v) with its nominal limits", run, kept)
     if high > low:
-        text += f" The limits of single samples are {setting(low)} to {setting(high)} times the nominal ones."
+        text += f" Each sample draws its limits between {setting(low)} and {setting(high)} times the nominal ones."
     return Drawing("wrench", text, figure)
 
 
 def _norm_table(run: Run, table: pd.DataFrame, kept: int) -> Table:
-    """Median and 95 % quantile of every norm at five instants."""
+    """Median and 95 % quantile of every norm at five times."""
     times = _times(table)
-    instants = [int(i) for i in np.linspace(0, times.size - 1, 5).round()]
+    indices = [int(i) for i in np.linspace(0, times.size - 1, 5).round()]
     rows = tuple(
-        (f"{words} {symbol}, {label}", *(_at(run, table, name, unit, q, i) for i in instants))
+        (f"{words} {symbol}, {label}", *(_at(run, table, name, unit, q, i) for i in indices))
         for name, (words, symbol, unit) in _NORMS.items()
-        for q, label in ((0.5, "median"), (0.95, "95 % of samples"))
+        for q, label in ((0.5, "median"), (0.95, "95 % quantile"))
     )
-    intervals = run.basis.words(f", with {percent(CONFIDENCE)} confidence intervals from order statistics")
-    text = f"Values that a share of the samples does not exceed{intervals} (n = {count(kept)})."
-    return Table(text, ("quantity", *(f"t = {setting(times[i])} s" for i in instants)), rows)
+    intervals = run.design.words(f" with {percent(CONFIDENCE)} confidence intervals from order statistics")
+    text = f"Quantiles at five times{intervals} (n = {count(kept)})."
+    return Table(text, ("norm", *(f"t = {setting(times[i])} s" for i in indices)), rows)
 
 
 def _at(run: Run, table: pd.DataFrame, name: str, unit: str, q: float, index: int) -> Number:
-    estimate = run.basis.quantile(_history(table, name)[:, index], q, CONFIDENCE)
+    estimate = run.design.quantile(_history(table, name)[:, index], q, CONFIDENCE)
     return Number(f"envelope.{name}.t{_times(table)[index]:g}.q{q * 100:g}", estimate, unit)
 
 
@@ -112,17 +112,17 @@ def _norm(trace: pd.DataFrame, name: str) -> NDArray[np.float64]:
 
 
 def _marks(axis: Axes, run: Run, table: pd.DataFrame) -> None:
-    """Along the upper edge: the time in which faults set in, and the ends of flights that were lost."""
+    """Marks along the upper edge: the range of fault onsets, and the times at which flights diverged."""
     if (window := run.onsets()) is not None:
         axis.axvspan(window[0], max(window[1], window[0] + 1e-3), 0.97, 1.0, color=plotting.ORANGE, lw=0, label="fault onsets")
     lost = run.head.loc[(run.head["outcome"] == "not_finite") & np.isin(run.head["sample"], table.index), "outcome_time_s"]
     if not lost.empty:
         across = axis.get_xaxis_transform()
-        axis.plot(lost, np.full(len(lost), 0.94), "x", color=plotting.RED, mew=1.5, transform=across, label="flight lost")
+        axis.plot(lost, np.full(len(lost), 0.94), "x", color=plotting.RED, mew=1.5, transform=across, label="flight diverged")
 
 
 def _finish(panels: list[Axes], columns: int) -> None:
-    """Time labels under the lowest axes, one legend above all."""
+    """Time labels under the lowest axes, and a common legend above all axes."""
     for axis in panels[-columns:]:
         axis.set_xlabel("time, s")
     handles, labels = panels[0].get_legend_handles_labels()
@@ -131,7 +131,7 @@ def _finish(panels: list[Axes], columns: int) -> None:
 
 
 def _caption(what: str, run: Run, kept: int) -> str:
-    worst = f" Red: the {len(run.traces)} worst flights that were kept." if run.traces else ""
-    onsets = " Orange: when faults set in." if run.onsets() else ""
-    lost = " A flight that was lost counts as the largest error from then on, and commands no wrench."
-    return f"{what} over time for {count(kept)} samples: median, 5–95 %, smallest to largest.{worst}{onsets}{lost}"
+    worst = f" Red: the {len(run.traces)} worst flights with a kept trace." if run.traces else ""
+    onsets = " Orange: the range of fault onsets." if run.onsets() else ""
+    lost = " A flight that diverged counts as an infinite error from then on; its wrench is left out."
+    return f"{what} over time for {count(kept)} samples: median, 5–95 % range, and full range.{worst}{onsets}{lost}"

@@ -1,4 +1,4 @@
-"""Section: how the evidence of sequential verdicts grew with the samples, and where it was enough."""
+"""Section: the evidence of sequential verdicts over the number of samples, and where it reached a decision."""
 
 from __future__ import annotations
 
@@ -16,27 +16,37 @@ from rvjax.report.run_view import Run
 from rvjax.report.sections.verdicts import requirement_words
 
 _SHOWN = 6
-"""Paths that are drawn; the others are in the table."""
+"""Number of requirements that the figure shows; the table shows all."""
 
 _DECADES = 8.0
-"""A path is drawn so many powers of ten beyond what is needed, at most, and as many below 1."""
+"""The figure clips evidence at this many powers of ten above the decision level, and below 1."""
 
 
 def section(run: Run) -> Section | None:
-    """A path and a row for each requirement that is judged after every chunk; None where there is none."""
-    found = [(number, one, one.evidence) for number, one in enumerate(run.verdicts, 1) if one.evidence is not None]
-    if not found:
+    """A curve and a row for each sequential requirement; None if there is none."""
+    sequential = [
+        (number, verdict, verdict.evidence) for number, verdict in enumerate(run.verdicts, 1) if verdict.evidence is not None
+    ]
+    if not sequential:
         return None
-    undecided = sum(evidence.decided is None for _, _, evidence in found)
-    lead = f"{len(found) - undecided} of {len(found)} sequential requirements are decided."
+    undecided = sum(evidence.decided is None for _, _, evidence in sequential)
+    lead = f"{len(sequential) - undecided} of {len(sequential)} sequential requirements are decided."
     caption = (
-        "Evidence is an e-process, or the likelihood ratio of the two shares that SPRT compares; looked at after every chunk. "
-        "If the requirement does not hold, evidence for PASS ever reaches what is needed with at most the stated risk, however "
-        "often one looks. Samples behind the decision change nothing."
+        "Evidence is an e-process; for SPRT, the likelihood ratio of its two shares. It is checked after every chunk. If the "
+        "requirement does not hold, the probability that the evidence for PASS ever reaches its decision level is at most the "
+        "stated risk, however often it is checked. Samples after the decision do not change it."
     )
-    head = ("requirement", "method", "decided at", "failures by then", "evidence for PASS", "for FAIL", "needed for PASS, FAIL")
-    rows = tuple(_row(run, number, verdict, evidence) for number, verdict, evidence in found)
-    return Section("evidence", "How the evidence grew", lead, (_figure(found[:_SHOWN]), Table(caption, head, rows)))
+    head = (
+        "requirement",
+        "method",
+        "decided after",
+        "failures by then",
+        "evidence for PASS",
+        "for FAIL",
+        "levels for PASS, FAIL",
+    )
+    rows = tuple(_row(run, number, verdict, evidence) for number, verdict, evidence in sequential)
+    return Section("evidence", "Evidence over samples", lead, (_figure(sequential[:_SHOWN]), Table(caption, head, rows)))
 
 
 def _row(run: Run, number: int, verdict: Verdict, evidence: Evidence) -> tuple[str, ...]:
@@ -50,23 +60,23 @@ def _row(run: Run, number: int, verdict: Verdict, evidence: Evidence) -> tuple[s
 
 
 def _times(logarithm: float) -> str:
-    """e^x to three digits, whatever its size."""
+    """e^x in three digits, also where e^x is not a float."""
     if abs(logarithm) < math.log(1e4):
         return f"{math.exp(logarithm):.3g}"
     exponent = math.floor(logarithm / math.log(10))
     return f"{math.exp(logarithm - exponent * math.log(10)):.2g}·{power_of_ten(exponent)}"
 
 
-def _figure(found: list[tuple[int, Verdict, Evidence]]) -> Drawing:
-    columns = min(2, len(found))
-    rows = -(-len(found) // columns)
+def _figure(sequential: list[tuple[int, Verdict, Evidence]]) -> Drawing:
+    columns = min(2, len(sequential))
+    rows = -(-len(sequential) // columns)
     figure, axes = plotting.axes(rows, columns, 2.3 * rows + 0.5)
-    for axis, (number, verdict, evidence) in zip(axes, found, strict=False):
+    for axis, (number, verdict, evidence) in zip(axes, sequential, strict=False):
         _panel(axis, f"{number}. {verdict.requirement.name or verdict.requirement.metric}: {verdict.verdict}", evidence)
-    for axis in axes[len(found) :]:
+    for axis in axes[len(sequential) :]:
         plotting.empty(axis, "")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    text = "Evidence over samples, in powers of ten, for PASS and for FAIL, and what each needs (dashed)."
+    text = "Evidence for PASS and for FAIL over the number of samples (log₁₀). Dashed: the decision levels."
     return Drawing("evidence", text, figure)
 
 
@@ -86,7 +96,7 @@ def _panel(axis: Axes, title: str, evidence: Evidence) -> None:
 
 
 def _drawn(samples: NDArray[np.int64], path: NDArray[np.float64], needed: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """At most a few hundred points from 0 samples on, clipped where nobody needs to see more."""
+    """Up to 300 points of a curve, starting at 0 samples, clipped `_DECADES` beyond the decision level."""
     kept = np.unique(np.linspace(0, len(samples) - 1, min(len(samples), 300)).round().astype(int)) if len(samples) else []
     x, y = samples[kept], np.clip(path[kept], -_DECADES, needed + _DECADES)
     return np.concatenate([[0], x]), np.concatenate([[0.0], y])

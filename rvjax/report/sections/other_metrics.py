@@ -1,4 +1,4 @@
-"""Section: every metric that no other section shows, so that none is hidden."""
+"""Section: the metrics that no other section shows."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _ELSEWHERE = (
 
 
 def section(run: Run) -> Section:
-    """Quantiles of effort, approach and whatever further metrics the campaign has."""
+    """Quantiles of effort, approach and all further metrics of the campaign."""
     elsewhere = set(run.metrics(_ELSEWHERE))
     names = [name for name in run.metrics(".*") if name not in elsewhere]
     title = "Effort, approach and other metrics"
     if not names:
-        return Section("others", title, "All metrics are shown in the other sections.")
-    lead = "What the flights cost, how they approached, and every metric not shown above."
+        return Section("others", title, "The other sections show all metrics.")
+    lead = "Propulsive effort, approach, and every metric that no section above shows."
     return Section("others", title, lead, (quantiles(run, "Other metrics.", names),))

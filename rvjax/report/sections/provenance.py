@@ -1,4 +1,4 @@
-"""Section: what was flown with what, how to fly it again, and what every metric means."""
+"""Section: provenance, the command that repeats the run, and the definitions of the metrics."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ _CHUNKS_SHOWN = 32
 
 def section(run: Run) -> Section:
     """Identity, provenance, command, definitions of the metrics, and the hashes of the chunks."""
-    lead = "The same identity gives the same table, bit for bit."
+    lead = "A run with the same identity gives the same samples table, bit for bit."
     chunks = run.chunks[:_CHUNKS_SHOWN]
     more = len(run.chunks) - len(chunks)
     rest = f" {count(more)} more {'is' if more == 1 else 'are'} in manifest.json." if more else ""
     tables = (
-        Table("Command that flies it again.", ("command",), ((Code(_command(run)),),)),
-        Table("Identity: everything the numbers are a function of.", ("what", "value"), _facts(run.identity)),
-        Table("How it was started.", ("what", "value"), _facts(run.provenance)),
-        Table("Metrics.", ("name", "unit", "meaning", "better"), tuple(_definitions(run))),
+        Table("Command that repeats this run.", ("command",), ((Code(_command(run)),),)),
+        Table("Identity: everything that determines the numbers.", ("key", "value"), _facts(run.identity)),
+        Table("Start of the run.", ("key", "value"), _facts(run.provenance)),
+        Table("Definitions of the metrics.", ("name", "unit", "meaning", "better"), tuple(_definitions(run))),
         Table(
             f"Chunks of the samples table with their SHA-256.{rest}",
             ("file", "first sample", "samples", "SHA-256"),
@@ -37,18 +37,18 @@ def section(run: Run) -> Section:
 
 
 def _audited(run: Run) -> str:
-    """What is known of the proof that the dispersions act."""
+    """The result of the audit, which checks that every dispersion acts on the flight."""
     return str(run.audit or "This folder has no record of an audit of its dispersions.")
 
 
 def _sketched(run: Run) -> tuple[str, ...]:
-    """How right an order statistic is that was not read from the values themselves."""
+    """The accuracy of order statistics that were read from sketches; empty if all are exact."""
     if all(run.metric(name).exact for name in run.metrics(".*")):
         return ()
     text = (
-        f"Order statistics of the {count(run.flown)} samples are read from sketches, which count values in narrow buckets: "
-        f"the {count(EXACT)} smallest and the {count(EXACT)} largest values are exact, one between them is right to "
-        f"{100 * RELATIVE_ERROR:.2f}{SPACE}%, and the ends of its interval are moved outwards to the edges of their buckets. "
+        f"The order statistics of the {count(run.flown)} samples are read from sketches, which count values in narrow buckets. "
+        f"The {count(EXACT)} smallest and the {count(EXACT)} largest values are exact. Values between them have a relative error "
+        f"of up to {100 * RELATIVE_ERROR:.2f}{SPACE}%, and the ends of their intervals are rounded outwards to bucket edges. "
         "Counts and verdicts are exact."
     )
     return (text,)

@@ -1,4 +1,4 @@
-"""Section: how much of their limits the actuators need."""
+"""Section: actuator saturation."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ from rvjax.stats.sampling_design import Observed
 
 _BINS = 5
 _DOTS = 300  # samples drawn as dots
-_DUTY = "Duty: share of the flight's time in which a channel commands at least 99 % of its limit."
-_LONGEST = "Longest time in saturation without a break."
-_DEPTH = "Depth: largest command before the saturation, as a multiple of the limit."
-_SHOWN = {"saturation_duty": ("saturation duty", "%", 100.0), "saturation_depth": ("depth of saturation", "1", 1.0)}
+_DUTY = "Saturation duty: share of the flight in which a channel commands at least 99 % of its limit."
+_LONGEST = "Longest uninterrupted time in saturation."
+_DEPTH = "Saturation depth: largest command before clipping, as a multiple of the limit."
+_SHOWN = {"saturation_duty": ("saturation duty", "%", 100.0), "saturation_depth": ("saturation depth", "1", 1.0)}
 
 
 def section(run: Run) -> Section:
-    """Share of time in saturation, longest stretch and depth per channel; against the severity of the fault."""
+    """Duty, longest stretch and depth of saturation per channel, and over the fault severity."""
     title = "Saturation"
     if not run.metrics(r"saturation_duty\.any"):
-        return Section("saturation", title, "The table has no saturation metrics.")
+        return Section("saturation", title, "The samples table has no saturation metrics.")
     saturated = run.metric("saturation_duty.any").positive
     share = spoken(run.share("saturation_duty.any.ever", saturated))
-    lead = f"{share} of the samples saturate a channel at some time: |command| of at least 99 % of its limit."
+    lead = f"{share} of the samples saturate a channel at some time (|command| ≥ 99 % of its limit)."
     stem = "saturation_duty" if saturated else "saturation_depth"
     tables = [quantiles(run, _DEPTH, run.metrics(r"saturation_depth\..*"))]
     if saturated:
         duty, longest = run.metrics(r"saturation_duty\..*"), run.metrics(r"longest_saturated_s\..*")
         tables = [quantiles(run, _DUTY, duty), quantiles(run, _LONGEST, longest), *tables]
     severe = {name: severity for name in CHANNELS if (severity := run.severity(name)) is not None and severity.size}
-    faults = _against_severity(run, severe, stem) if severe else ("No fault draws a loss of effectiveness.",)
+    faults = _against_severity(run, severe, stem) if severe else ("No fault of this campaign draws a loss of effectiveness.",)
     return Section("saturation", title, lead, (_spread_figure(run, stem), *tables, *faults))
 
 
 def _spread_figure(run: Run, stem: str) -> Drawing:
-    """Per channel: median, 5–95 %, 99 % and largest; infinite ones lie beyond the axis."""
+    """Median, 5–95 % range, 99 % quantile and largest finite value per channel; infinite values lie beyond the axis."""
     words, unit, scale = _SHOWN[stem]
     names = run.metrics(rf"{stem}\..*")
     figure, (axis,) = plotting.axes(1, 1, 0.36 * len(names) + 0.9)
@@ -66,12 +66,12 @@ def _spread_figure(run: Run, stem: str) -> Drawing:
     axis.set_xlabel(axis_label(words, unit))
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return Drawing(
-        "saturation", f"{capital(words)}, per channel, {count(run.flown)} samples. Infinite values lie beyond the axis.", figure
+        "saturation", f"{capital(words)} per channel, {count(run.flown)} samples. Infinite values lie beyond the axis.", figure
     )
 
 
 def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: str) -> tuple[Drawing, Table]:
-    """Duty or depth against fault severity per channel, in bins of equal width."""
+    """Duty or depth over the fault severity per channel, in bins of equal width."""
     words, unit, scale = _SHOWN[stem]
     least, most_severe = np.min(list(severe.values())), np.max(list(severe.values()))
     edges = np.linspace(least, max(most_severe, least + 1e-3), _BINS + 1)
@@ -83,10 +83,10 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
         place = np.clip(np.digitize(severity, edges) - 1, 0, len(edges) - 2)
         axis.plot(severity[::every], scale * values[::every], ".", color=plotting.SKY, ms=2.5, alpha=0.6, label="samples")
         groups = [values[place == part] for part in range(len(edges) - 1)]
-        median, most = ([run.basis.quantile(group, q, CONFIDENCE) for group in groups] for q in (0.5, 0.95))
+        median, most = ([run.design.quantile(group, q, CONFIDENCE) for group in groups] for q in (0.5, 0.95))
         centres = (edges[:-1] + edges[1:]) / 2
         plotting.intervals(axis, centres, median, plotting.BLUE, "median", scale)
-        plotting.intervals(axis, centres, most, plotting.RED, "95 % of samples", scale)
+        plotting.intervals(axis, centres, most, plotting.RED, "95 % quantile", scale)
         axis.set_title(capital(channel(name)))
         axis.set_xlabel("fault severity, 1 − remaining")
         axis.set_ylabel(axis_label(words, unit))
@@ -96,16 +96,16 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
     for axis in panels[len(severe) :]:
         axis.set_axis_off()
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    bars = f", bars their {percent(CONFIDENCE)} confidence intervals"
+    bars = f" with {percent(CONFIDENCE)} confidence intervals"
     dots = len(range(0, len(run.head), every))
     drawn = (
-        f"{capital(words)} of a channel against the effectiveness that it has lost; where several faults act on it, "
-        f"what remains is multiplied. Quantiles in bins of severity{run.basis.words(bars)}. Dots: {count(dots)} of the samples. "
-        f"An infinite quantile is not drawn.{run.of_head}"
+        f"{capital(words)} over fault severity, the share of its effectiveness that a channel has lost. If several faults act on "
+        f"a channel, their remaining shares multiply. Quantiles per bin of severity{run.design.words(bars)}. Dots: {count(dots)} "
+        f"of the samples. Infinite quantiles are not drawn.{run.head_note}"
     )
     head = ("channel", *(f"severity {low:.2f} – {high:.2f}" for low, high in pairwise(edges)))
-    interval = f", with its {percent(CONFIDENCE)} interval"
-    caption = f"{capital(words)} that 95 % of the samples in a bin do not exceed{run.basis.words(interval)}.{run.of_head}"
+    interval = f" with {percent(CONFIDENCE)} confidence intervals"
+    caption = f"95 % quantile of the {words} per bin of fault severity{run.design.words(interval)}.{run.head_note}"
     return Drawing("saturation-severity", drawn, figure), Table(caption, head, tuple(rows))
 
 

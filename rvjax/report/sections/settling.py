@@ -1,4 +1,4 @@
-"""Section: when the samples settle and what error remains."""
+"""Section: settling times and remaining errors."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from rvjax.report.run_view import CONFIDENCE, Run
 
 _TIMES = "settling_time_s|attitude_settling_time_s|fault_recovery_s"
 _ERRORS = "(final|window)_.*error.*"
-_PERIODS = {"final": "at the end", "window": "worst over the closing window"}
+_PERIODS = {"final": "at the end", "window": "largest over the closing window"}
 _COLOURS = (plotting.BLUE, plotting.RED, plotting.GREEN)
 
 
 def section(run: Run) -> Section:
-    """Distribution functions with their band, and quantiles, of settling times and remaining errors."""
+    """Distribution functions with confidence bands, and quantiles, of settling times and remaining errors."""
     title = "Settling times and remaining errors"
     times, errors = run.metrics(_TIMES), run.metrics(_ERRORS)
     if not times or not errors:
-        return Section("settling", title, "The table has no settling times or no errors.")
+        return Section("settling", title, "The samples table has no settling times or no errors.")
     never = {f"{name}.never": (f"{label(name)}: never within the horizon", _never(run, name)) for name in times}
     body = (
         _time_figure(run, times),
         quantiles(run, "Times from the start of the flight.", times),
-        shares(run, "Samples that never settle (in the figure: what the curve lacks to 1).", never),
+        shares(run, "Samples that never settle (in the figure: the gap between the curve and 1).", never),
         _error_figure(run, errors),
-        quantiles(run, "Errors at the end of the flight, and the worst ones over the closing window.", errors),
+        quantiles(run, "Errors at the end of the flight, and the largest errors over the closing window.", errors),
     )
     return Section("settling", title, _lead(run, times[0]), body)
 
@@ -56,11 +56,11 @@ def _time_figure(run: Run, names: list[str]) -> Drawing:
     axis.set_xlim(0, run.spec.horizon.duration_s)
     axis.set_xlabel("time, s")
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    return Drawing("settling-times", f"Distribution functions of the times. {_band(run)}", figure)
+    return Drawing("settling-times", f"Distribution functions of the settling and recovery times. {_band(run)}", figure)
 
 
 def _error_figure(run: Run, names: list[str]) -> Drawing:
-    """One pair of axes per kind of error; the closing window's worst and the final one together."""
+    """One panel per kind of error, with the final error and the largest one over the closing window."""
     kinds = {kind: [name for name in names if _kind(name) == kind] for kind in dict.fromkeys(map(_kind, names))}
     figure, panels = plotting.axes(math.ceil(len(kinds) / 2), 2, 2.7 * math.ceil(len(kinds) / 2))
     tubes = {"m": run.spec.capture.position_m, "deg": math.degrees(4 * math.atan(run.spec.capture.attitude_mrp))}
@@ -87,7 +87,7 @@ def _kind(name: str) -> str:
 
 
 def _required(axis: Axes, run: Run, name: str, colour: str) -> None:
-    """Lines where the campaign requires something of the metric."""
+    """Dashed lines at the limits that the campaign requires of the metric."""
     for verdict in run.verdicts:
         requirement = verdict.requirement
         bound = requirement.below if requirement.below is not None else requirement.above
@@ -99,7 +99,7 @@ def _required(axis: Axes, run: Run, name: str, colour: str) -> None:
 
 def _band(run: Run) -> str:
     shaded = (
-        f"Shaded: band that holds the whole true function at {percent(CONFIDENCE)} confidence (Dvoretzky–Kiefer–"
-        f"Wolfowitz, n = {count(run.flown)}). "
+        f"Shaded: {percent(CONFIDENCE)} confidence band of the whole distribution function (Dvoretzky–Kiefer–Wolfowitz, "
+        f"n = {count(run.flown)}). "
     )
-    return f"{run.basis.words(shaded)}A curve that ends in ▸ misses samples that never get there."
+    return f"{run.design.words(shaded)}A curve that ends in ▸ stays below 1: the remaining samples have an infinite value."

@@ -1,4 +1,4 @@
-"""Section: what was required, and whether the flown samples show it."""
+"""Section: the requirements and their verdicts."""
 
 from __future__ import annotations
 
@@ -12,45 +12,48 @@ from rvjax.report.blocks import Cell, Headline, Mark, Named, Number, Section, Ta
 from rvjax.report.number_format import SPACE, capital, channel, count, label, percent, prefixed, setting
 from rvjax.report.run_view import Run, is_share
 
-_HEAD = ("requirement", "verdict", "share that complies", "required share", "quantile or mean", "basis")
+_HEAD = ("requirement", "verdict", "compliant share", "required share", "quantile or mean", "method")
 _ORDER = ("FAIL", "UNDECIDED", "PASS")
 
 
 def section(run: Run) -> Section:
-    """One row per requirement: its verdict, the share of samples that comply with one-sided bounds, and a sentence."""
+    """One row per requirement: verdict, compliant share with one-sided bounds, and a sentence."""
     title = "Requirements and verdicts"
     if not run.verdicts:
-        why = run.basis.sentence or "the campaign states no requirement, so there is no verdict"
-        return Section("verdicts", title, f"{capital(why)}{_of_plan(run)}.")
+        reason = run.design.sentence or "the campaign states no requirement, so there is no verdict"
+        return Section("verdicts", title, f"{capital(reason)}{_plan_note(run)}.")
     words = Counter(verdict.verdict for verdict in run.verdicts)
-    found = ", ".join(f"{words[word]} {word}" for word in _ORDER if words[word])
+    counts = ", ".join(f"{words[word]} {word}" for word in _ORDER if words[word])
     caption = (
-        "PASS: the lower bound of the share that complies reaches the required share. FAIL: the upper bound is below. "
-        "UNDECIDED: neither, more samples are needed. Each bound alone holds at the requirement's confidence."
+        "PASS: the lower confidence bound of the compliant share reaches the required share. FAIL: the upper bound lies below "
+        "it. UNDECIDED: neither, more samples are needed. Each bound is one-sided at the requirement's confidence."
     )
     rows = tuple(_row(run, verdict, index) for index, verdict in enumerate(run.verdicts))
     plural = "s" if len(run.verdicts) > 1 else ""
-    return Section("verdicts", title, f"{len(run.verdicts)} requirement{plural}: {found}.", (Table(caption, _HEAD, rows),))
+    return Section("verdicts", title, f"{len(run.verdicts)} requirement{plural}: {counts}.", (Table(caption, _HEAD, rows),))
 
 
-def _of_plan(run: Run) -> str:
-    """Why there is no verdict, where the samples do not allow any."""
-    why = f". The samples are of the plan {run.spec.sampler.use}: they say nothing about the shares of all draws"
-    return why if run.basis.sentence else ""
+def _plan_note(run: Run) -> str:
+    """Why an exploration has no verdict; empty for independent draws."""
+    note = (
+        f". The sampler {run.spec.sampler.use} does not make independent draws, so its samples do not estimate shares of the "
+        "campaign's distribution"
+    )
+    return note if run.design.sentence else ""
 
 
 def headline(run: Run) -> Headline:
-    """The top of the page: worst verdict of all, captured share, what was flown, and the account of all samples."""
+    """The top of the page: the worst verdict, the captured share, the settings of the run, and the account of all samples."""
     account = run.account
     words = {verdict.verdict for verdict in run.verdicts}
-    word = next((word for word in _ORDER if word in words), "EXPLORATION" if run.basis.sentence else "NO REQUIREMENT")
+    word = next((word for word in _ORDER if word in words), "EXPLORATION" if run.design.sentence else "NO REQUIREMENT")
     captured = run.share("captured", account.captured)
     sentence = {
-        "PASS": "Every requirement is shown to hold.",
-        "FAIL": "At least one requirement is shown not to hold.",
-        "UNDECIDED": "No requirement is shown to fail, but the samples do not suffice to show that all hold.",
+        "PASS": "The samples show that every requirement holds.",
+        "FAIL": "The samples show that at least one requirement does not hold.",
+        "UNDECIDED": "No requirement fails, but there are too few samples to show that all of them hold.",
         "NO REQUIREMENT": "The campaign states no requirement.",
-        "EXPLORATION": f"{capital(run.basis.sentence)}{_of_plan(run)}.",
+        "EXPLORATION": f"{capital(run.design.sentence)}{_plan_note(run)}.",
     }[word]
     if account.missing:
         sentence += f" Incomplete: {count(account.missing)} of {count(account.requested)} samples are missing."
@@ -59,8 +62,8 @@ def headline(run: Run) -> Headline:
         ("Captured", captured),
         ("Controller", run.spec.controller.use),
         ("Horizon", f"{setting(horizon.duration_s)}{SPACE}s in steps of {setting(horizon.step_s)}{SPACE}s"),
-        ("Captured if", _capture(run)),
-        ("Flown", _flown(run)),
+        ("Capture criterion", _capture(run)),
+        ("Run", _run_facts(run)),
     )
     outcomes = (
         ("captured", account.captured),
@@ -77,8 +80,8 @@ def _capture(run: Run) -> str:
     return f"within {radius} over the last {setting(tube.window_s)}{SPACE}s"
 
 
-def _flown(run: Run) -> str:
-    """When and with what, as far as the folder says."""
+def _run_facts(run: Run) -> str:
+    """Start time, version, precision, device and seed, where the folder records them."""
     known = {**run.provenance, **run.identity}
     words = {"started": "{}", "rvjax": "with rvjax {}", "precision": "in {}", "device": "on {}", "seed": "seed {}"}
     return ", ".join(text.format(known[name]) for name, text in words.items() if name in known)
@@ -87,23 +90,23 @@ def _flown(run: Run) -> str:
 def _row(run: Run, verdict: Verdict, index: int) -> tuple[Cell, ...]:
     requirement = verdict.requirement
     key = f"requirement.{index + 1}"
-    found: Cell = "–"
+    quantity: Cell = "–"
     if verdict.quantity is not None:
-        found = Number(f"{key}.quantile", verdict.quantity, *_unit(run, requirement))
+        quantity = Number(f"{key}.quantile", verdict.quantity, *_unit(run, requirement))
     elif requirement.mean:
-        found = Number(f"{key}.mean", verdict.estimate, *_unit(run, requirement))
+        quantity = Number(f"{key}.mean", verdict.estimate, *_unit(run, requirement))
     return (
         Named(requirement_words(run, requirement), verdict.text.removeprefix(f"{verdict.verdict}: ")),
         Mark(verdict.verdict),
         "–" if requirement.mean else Number(f"{key}.complies", verdict.estimate, percent=True),
         "–" if requirement.mean else percent(verdict.limit),
-        found,
+        quantity,
         f"{percent(requirement.confidence)} confidence, n = {count(verdict.n)}; {verdict.estimate.method}",
     )
 
 
 def _unit(run: Run, requirement: Requirement) -> tuple[str, bool]:
-    """(unit, whether shown in percent) of the metric that is required."""
+    """(unit, whether shown in percent) of the required metric."""
     column = next((name for name in run.metrics(rf"{re.escape(requirement.metric)}(\..*)?")), "")
     return (run.column(column).unit if column else "1"), is_share(requirement.metric)
 

@@ -1,4 +1,4 @@
-"""Section: the worst samples, what they drew, and how to fly each of them again."""
+"""Section: the worst samples, their draws, and the commands that replay them."""
 
 from __future__ import annotations
 
@@ -13,32 +13,33 @@ from rvjax.report.number_format import label, number, quantity
 from rvjax.report.run_view import Run, is_share
 
 SHOWN = 10
-_STANDING_OUT = 3
+_EXTREME_DRAWS = 3
 _METRICS = ("settling_time_s", "window_position_error_m", "window_attitude_error_deg", "saturation_duty.any")
 
 
 def section(run: Run) -> Section:
-    """The ten worst samples: outcome, main metrics, the draws that stand out, and the replay command."""
+    """The ten worst samples: outcome, main metrics, most extreme draws, and replay commands."""
     rows = range(min(SHOWN, run.flown))
     names = [name for name in _METRICS if run.metrics(name.replace(".", r"\."))]
     drawn = _drawn(run)
     caption = (
-        "Not finite first, the earliest leading; then not settled, by worst position error over the closing window; "
-        "then captured, by settling time. Draws that stand out: furthest from their median in rank; p99 means larger "
-        "than in 99 % of the samples. With many draws some stand out by chance in every sample." + run.of_head
+        "Order: not finite samples first, by time of divergence; then not settled ones, by largest position error over the "
+        "closing window; then captured ones, by settling time. Most extreme draws: those with the rank furthest from the median; "
+        "p99 means larger than in 99 % of the samples. With many draws, some are extreme by chance in every sample."
+        + run.head_note
     )
-    head = ("sample", "outcome", *(label(name) for name in names), "draws that stand out")
+    head = ("sample", "outcome", *(label(name) for name in names), "most extreme draws")
     table = Table(caption, head, tuple(_row(run, row, names, drawn) for row in rows))
-    replay = "Commands that fly them again, each with its full trace."
+    replay = "Commands that replay a sample with its full trace."
     commands = Table(replay, ("sample", "command"), tuple(_replay(run, row) for row in rows))
-    lead = f"The {len(rows)} worst samples, and how to fly each of them again."
+    lead = f"The {len(rows)} worst samples and the commands that replay them."
     return Section("worst", "Worst samples", lead, (table, commands))
 
 
 def _row(run: Run, row: int, names: list[str], drawn: dict[str, NDArray[np.float64]]) -> tuple[Cell, ...]:
     sample, outcome = run.totals.worst.loc[row, ["sample", "outcome"]]
     values = (_value(run, name, row) for name in names)
-    return (f"{sample}", Mark(str(outcome)), *values, _outstanding(run, row, drawn))
+    return (f"{sample}", Mark(str(outcome)), *values, _extreme_draws(run, row, drawn))
 
 
 def _replay(run: Run, row: int) -> tuple[Cell, ...]:
@@ -47,29 +48,29 @@ def _replay(run: Run, row: int) -> tuple[Cell, ...]:
 
 
 def _value(run: Run, name: str, row: int) -> str:
-    """The recorded value, which has no interval: it is an observation."""
+    """The recorded value; an observation has no interval."""
     value = float(run.totals.worst[f"metric.{name}"].iloc[row])
     if math.isnan(value):
         return "–"
     return f"{number(100 * value)} %" if is_share(name) else quantity(value, run.column(name).unit)
 
 
-def _outstanding(run: Run, row: int, drawn: dict[str, NDArray[np.float64]]) -> str:
-    """The draws furthest from their median in rank: path = value unit (p99)."""
+def _extreme_draws(run: Run, row: int, drawn: dict[str, NDArray[np.float64]]) -> str:
+    """The draws whose rank is furthest from the median: path = value unit (p99)."""
     values = {path: float(run.totals.worst[f"draw.{path}"].iloc[row]) for path in drawn}
     ranks = {path: _rank(x, values[path]) for path, x in drawn.items()}
-    far = sorted(ranks, key=lambda path: -abs(ranks[path] - 0.5))[:_STANDING_OUT]
+    far = sorted(ranks, key=lambda path: -abs(ranks[path] - 0.5))[:_EXTREME_DRAWS]
     words = {path: quantity(values[path], run.totals.columns[f"draw.{path}"].unit) for path in far}
     return "; ".join(f"{path} = {words[path]} (p{100 * ranks[path]:.1f})" for path in far)
 
 
 def _drawn(run: Run) -> dict[str, NDArray[np.float64]]:
-    """The values of every draw that varies among the first samples, ascending."""
+    """The ascending values of every draw that varies among the first samples."""
     drawn = {path: np.sort(run.draw_of_head(path)) for path in run.draws()} if len(run.head) else {}
     return {path: x for path, x in drawn.items() if x[0] < x[-1]}
 
 
 def _rank(x: NDArray[np.float64], value: float) -> float:
-    """The share of numbers in ascending order that are smaller than a value, and half of those that are equal to it."""
+    """The mid-rank of a value in ascending numbers: the share of smaller numbers plus half the share of equal ones."""
     below, behind = np.searchsorted(x, value, side="left"), np.searchsorted(x, value, side="right")
     return float(below + behind) / (2 * x.size)

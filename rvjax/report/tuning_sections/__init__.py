@@ -1,4 +1,4 @@
-"""The sections of the report of a search, one file each; a section is a function of what was found, None where it has nothing to
+"""The sections of a tuning report, each in its file. A section is a function Searched → Section, or None if it has nothing to
 show."""
 
 from __future__ import annotations
@@ -20,6 +20,6 @@ SECTIONS: tuple[Callable[[Searched], Section | None], ...] = (
 )
 
 
-def sections(found: Searched) -> list[Section]:
-    """All that a search has, in the order of the page."""
-    return [made for section in SECTIONS if (made := section(found)) is not None]
+def sections(search: Searched) -> list[Section]:
+    """All sections of a search, in the order of the page."""
+    return [made for section in SECTIONS if (made := section(search)) is not None]

@@ -1,4 +1,4 @@
-"""Section: what fresh draws say of the winner, beside the campaign as it is."""
+"""Section: the winner compared with the original campaign on fresh draws."""
 
 from __future__ import annotations
 
@@ -6,147 +6,177 @@ from collections.abc import Sequence
 
 from rvjax.report.blocks import Cell, Code, Headline, Mark, Number, Section, Table
 from rvjax.report.number_format import count, percent, quantity
-from rvjax.run_folder.tuning_record import Confirmed, Kept, Searched
+from rvjax.run_folder.tuning_record import Confirmation, Confirmed, Kept, Searched
 from rvjax.stats import Estimate
 from rvjax.stats.sampling_design import Observed
 
-WORDS = {"better": "BETTER", "worse": "WORSE", "not told apart": "NOT TOLD APART"}
+_UNDECIDED = "not told apart"  # in `search.json`
+WORDS = {"better": "BETTER", "worse": "WORSE", _UNDECIDED: "NO CLEAR DIFFERENCE"}
 
 
-def headline(found: Searched) -> Headline:
-    """The top of the page: the first objective on fresh draws, in one word and one sentence."""
-    done = found.confirmation
-    assert done is not None, "a search ends with its confirmation"
-    first = done.objectives[-1] if found.goal == "weighted" else done.objectives[0]
-    left = [row.left for row in found.rows if row.candidate]
+def headline(search: Searched) -> Headline:
+    """The top of the page: the first objective on fresh draws, as a word and as a sentence."""
+    confirmation = search.confirmation
+    assert confirmation is not None, "a search ends with its confirmation"
+    first = confirmation.objectives[-1] if search.goal == "weighted" else confirmation.objectives[0]
+    exits = [row.left for row in search.rows if row.candidate]
     facts: tuple[tuple[str, Cell], ...] = (
-        ("method", found.method),
-        ("candidates", Number("search.candidates", len(left))),
-        ("flights of candidates", Number("search.flights", found.cost.flights)),
-        ("fresh samples", Number("search.fresh", done.samples)),
-        ("programs compiled", Number("search.programs", found.cost.programs)),
+        ("method", search.method),
+        ("candidates", Number("search.candidates", len(exits))),
+        ("candidate flights", Number("search.flights", search.cost.flights)),
+        ("fresh samples", Number("search.fresh", confirmation.samples)),
+        ("compiled programs", Number("search.programs", search.cost.programs)),
     )
-    outcomes = tuple((name, left.count(key)) for key, name in _LEFT.items() if left.count(key) or not key)
-    word, sentence = _overall(found, first)
+    outcomes = tuple((name, exits.count(key)) for key, name in _EXITS.items() if exits.count(key) or not key)
+    word, sentence = _overall(search, first)
     return Headline(
-        found.name,
-        found.description,
+        search.name,
+        search.description,
         Mark(word),
         sentence,
         facts,
         outcomes,
-        "Tuning report",
-        "candidates",
+        kind="Tuning report",
+        total_label="candidates",
     )
 
 
-_LEFT = {
+_EXITS = {
     "": "flew_all_samples",
-    "test": "left_by_a_test",
-    "halving": "left_by_halving",
-    "refused": "refused_by_the_campaign",
-    "budget": "left_when_the_budget_ended",
+    "test": "eliminated_by_a_test",
+    "halving": "eliminated_by_halving",
+    "refused": "with_invalid_values",
+    "budget": "stopped_by_the_budget",
 }
+"""How a candidate left its race (`Row.left`), in words."""
 
 
-def shown(value: float, one: Confirmed) -> str:
-    """A value of an objective."""
-    return f"{100 * value:.4g} %" if one.share else quantity(value, one.unit)
+def value_text(value: float, objective: Confirmed) -> str:
+    """A value of an objective with its unit."""
+    return f"{100 * value:.4g} %" if objective.share else quantity(value, objective.unit)
 
 
-def _sentence(found: Searched, first: Confirmed, passed: Sequence[str], lost: Sequence[str]) -> str:
-    if not found.best:
-        return f"No candidate was better than the campaign as it is: {first.text} {shown(first.own, first)}."
-    but = f"{first.text} {shown(first.tuned, first)}, {shown(first.own, first)} of the campaign as it is."
+def _sentence(search: Searched, first: Confirmed, passed: Sequence[str], lost: Sequence[str]) -> str:
+    if not search.best:
+        return f"No candidate was better than the original campaign: {first.text} {value_text(first.own, first)}."
+    values = f"{first.text} {value_text(first.tuned, first)}; original campaign {value_text(first.own, first)}."
     if not passed and not lost:
-        return f"Candidate {found.best}, on draws that the search has not seen: {but}"
-    does = [f"{word} {', '.join(texts)}" for word, texts in (("passes", passed), ("does not pass", lost)) if texts]
-    other = "unlike the campaign as it is" if not (passed and lost) else "other than the campaign as it is"
-    return f"Candidate {found.best}, on draws that the search has not seen, {' and '.join(does)}, {other}; {but}"
+        return f"Candidate {search.best} on fresh draws: {values}"
+    changes = [f"{word} {', '.join(texts)}" for word, texts in (("passes", passed), ("does not pass", lost)) if texts]
+    return f"On fresh draws, candidate {search.best}, unlike the original campaign, {' and '.join(changes)}. Objective: {values}"
 
 
-def _overall(found: Searched, first: Confirmed) -> tuple[str, str]:
-    """Requirements come before objectives, as in the search: one that only the winner passes, or only the campaign as it is."""
-    assert found.confirmation is not None
-    required = found.confirmation.requirements if found.best else []
-    passed = [one.text for one in required if one.tuned == "PASS" and one.own == "FAIL"]
-    lost = [one.text for one in required if one.own == "PASS" and one.tuned != "PASS"]
+def _overall(search: Searched, first: Confirmed) -> tuple[str, str]:
+    """(word, sentence). Requirements that only the winner or only the original campaign passes come before objectives, as in the
+    search."""
+    assert search.confirmation is not None
+    required = search.confirmation.requirements if search.best else []
+    passed = [requirement.text for requirement in required if requirement.tuned == "PASS" and requirement.own == "FAIL"]
+    lost = [requirement.text for requirement in required if requirement.own == "PASS" and requirement.tuned != "PASS"]
     word = "worse" if lost else "better" if passed else first.verdict
-    return WORDS[word], _sentence(found, first, passed, lost)
+    return WORDS[word], _sentence(search, first, passed, lost)
 
 
-def section(found: Searched) -> Section | None:
-    """Objectives with the difference and its interval, and requirements."""
-    done = found.confirmation
-    if done is None:
+def section(search: Searched) -> Section | None:
+    """Objectives with differences and intervals, then requirements; None if the search has no confirmation."""
+    confirmation = search.confirmation
+    if confirmation is None:
         return None
-    methods = "; ".join(dict.fromkeys(one.method for one in done.objectives))
-    confidence, searched_on = percent(done.confidence), found.row[found.best].samples
+    tables = [_objectives(search, confirmation)]
+    if confirmation.requirements:
+        tables.append(_requirements(confirmation))
+    note = "The winner is a campaign file. Its run and the run of the original campaign have separate reports."
+    return Section("confirmation", "Confirmation on fresh draws", _lead(search), (*tables, note, _FILES))
+
+
+def _objectives(search: Searched, confirmation: Confirmation) -> Table:
+    methods = "; ".join(dict.fromkeys(objective.method for objective in confirmation.objectives))
+    confidence, searched_on = percent(confirmation.confidence), search.row[search.best].samples
+    samples = confirmation.samples
     rows = tuple(
         (
-            one.text,
-            _observed(f"confirmed.{n}.searched", one.searched, one, searched_on),
-            _observed(f"confirmed.{n}.tuned", one.tuned, one, done.samples),
-            _observed(f"confirmed.{n}.own", one.own, one, done.samples),
-            Number(f"confirmed.{n}.difference", _estimate(one, done.samples, done.confidence), one.unit, percent=one.share),
-            _observed(f"confirmed.{n}.optimism", one.optimism, one, done.samples),
-            Mark(WORDS[one.verdict]),
+            objective.text,
+            _observed(f"confirmed.{n}.searched", objective.searched, objective, searched_on),
+            _observed(f"confirmed.{n}.tuned", objective.tuned, objective, samples),
+            _observed(f"confirmed.{n}.own", objective.own, objective, samples),
+            Number(
+                f"confirmed.{n}.difference",
+                _difference(objective, samples, confirmation.confidence),
+                objective.unit,
+                percent=objective.share,
+            ),
+            _observed(f"confirmed.{n}.optimism", objective.optimism, objective, samples),
+            Mark(WORDS[objective.verdict]),
         )
-        for n, one in enumerate(done.objectives)
+        for n, objective in enumerate(confirmation.objectives)
     )
-    head = ("objective", "winner, in the search", "winner", "campaign as it is", "difference", "optimism", "verdict")
+    head = ("objective", "winner in the search", "winner", "original campaign", "difference", "optimism", "verdict")
     caption = (
-        f"Both on the same {count(done.samples)} draws of seed {done.seed}, which the search has not seen. Difference: winner "
-        f"minus campaign as it is, in pairs, {confidence} confidence, each by itself ({methods}). "
-        "Optimism: by how much the winner looked better in the search than it is."
+        f"Winner and original campaign on the same {count(samples)} draws of seed {confirmation.seed}, which the search did not use. "
+        f"Difference: winner minus original campaign, paired, each at {confidence} confidence ({methods}). Optimism: the "
+        "amount by which the winner's value in the search was better than on fresh draws."
     )
-    tables: list[Table | str] = [Table(caption, head, rows)]
-    if done.requirements:
-        required = tuple((one.text, Mark(one.tuned), Mark(one.own), *_changed(one, n)) for n, one in enumerate(done.requirements))
-        words = "Requirements on the same draws. p: McNemar's exact test against “the winner complies as often”, one-sided."
-        tables.append(
-            Table(
-                words, ("requirement", "winner", "campaign as it is", "with the winner alone", "without it alone", "p"), required
-            )
-        )
-    tables.append("The winner is a campaign of its own; its run and that of the campaign as it is have reports of their own:")
-    files = (
+    return Table(caption, head, rows)
+
+
+def _requirements(confirmation: Confirmation) -> Table:
+    rows = tuple(
+        (requirement.text, Mark(requirement.tuned), Mark(requirement.own), *_changed(requirement, n))
+        for n, requirement in enumerate(confirmation.requirements)
+    )
+    caption = (
+        "Requirements on the same draws. The third and fourth numbers are the samples that comply with only the winner, or only "
+        "the original campaign. p: McNemar's exact test, one-sided, of the hypothesis that the winner complies as often."
+    )
+    head = ("requirement", "winner", "original campaign", "only the winner complies", "only the original complies", "p")
+    return Table(caption, head, rows)
+
+
+_FILES = Table(
+    "Files in this folder.",
+    ("content", "file or command"),
+    (
         ("best campaign", Code("best.yaml")),
-        ("run of the winner", Code("tuned/report.html")),
-        ("run of the campaign as it is", Code("own/report.html")),
+        ("report of the winner", Code("tuned/report.html")),
+        ("report of the original campaign", Code("own/report.html")),
         ("all candidates", Code("candidates.csv")),
-        ("compare them", Code("rvjax compare own tuned")),
-    )
-    tables.append(Table("In this folder.", ("what", "where"), files))
-    return Section("confirmation", "On fresh draws", _lead(found), tuple(tables))
+        ("comparison of both runs", Code("rvjax compare own tuned")),
+    ),
+)
 
 
-def _lead(found: Searched) -> str:
-    assert found.confirmation is not None
-    if not found.best:
-        return "The campaign keeps its values: the search found none that were better."
-    by = {word: [one.text for one in found.confirmation.objectives if one.verdict == word] for word in WORDS}
-    parts = [f"{word} in {', '.join(texts)}" for word, texts in by.items() if texts and word != "not told apart"]
-    rest = by["not told apart"]
-    parts += [f"not told apart in {', '.join(rest)}"] if rest else []
-    fails = [one.text for one in found.confirmation.requirements if one.own == "FAIL" and one.tuned == "PASS"]
-    more = f" It passes what the campaign as it is fails: {', '.join(fails)}." if fails else ""
+def _lead(search: Searched) -> str:
+    assert search.confirmation is not None
+    if not search.best:
+        return "The campaign keeps its values: no candidate was better."
+    by = {
+        verdict: [objective.text for objective in search.confirmation.objectives if objective.verdict == verdict]
+        for verdict in WORDS
+    }
+    parts = [f"{verdict} in {', '.join(texts)}" for verdict, texts in by.items() if texts and verdict != _UNDECIDED]
+    same = by[_UNDECIDED]
+    parts += [f"not clearly different in {', '.join(same)}"] if same else []
+    passed = [
+        requirement.text
+        for requirement in search.confirmation.requirements
+        if requirement.own == "FAIL" and requirement.tuned == "PASS"
+    ]
+    more = f" It passes requirements that the original campaign fails: {', '.join(passed)}." if passed else ""
     return f"The winner is {'; '.join(parts)}.{more}"
 
 
-def _changed(kept: Kept, n: int) -> tuple[Cell, ...]:
-    if kept.only_tuned is None or kept.only_own is None or kept.p_worse is None:
-        return ("–",) * 3  # of a mean
+def _changed(requirement: Kept, n: int) -> tuple[Cell, ...]:
+    if requirement.only_tuned is None or requirement.only_own is None or requirement.p_worse is None:
+        return ("–",) * 3  # the requirement is on a mean
     names = (f"confirmed.requirement.{n}.only_winner", f"confirmed.requirement.{n}.only_own")
-    p = f"{kept.p_worse:.2g}" if kept.p_worse >= 1e-4 else "< 0.0001"
-    return Number(names[0], kept.only_tuned), Number(names[1], kept.only_own), p
+    p = f"{requirement.p_worse:.2g}" if requirement.p_worse >= 1e-4 else "< 0.0001"
+    return Number(names[0], requirement.only_tuned), Number(names[1], requirement.only_own), p
 
 
-def _observed(name: str, value: float, one: Confirmed, n: int) -> Number:
-    return Number(name, Observed(value, n), one.unit, percent=one.share)
+def _observed(name: str, value: float, objective: Confirmed, n: int) -> Number:
+    return Number(name, Observed(value, n), objective.unit, percent=objective.share)
 
 
-def _estimate(one: Confirmed, n: int, confidence: float) -> Estimate:
-    low, high = sorted((one.difference.low, one.difference.high))
-    value = one.difference.value
-    return Estimate(value, low, high, n, confidence, one.method)
+def _difference(objective: Confirmed, n: int, confidence: float) -> Estimate:
+    low, high = sorted((objective.difference.low, objective.difference.high))
+    return Estimate(objective.difference.value, low, high, n, confidence, objective.method)

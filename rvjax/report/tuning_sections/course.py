@@ -1,4 +1,4 @@
-"""Section: how the search went on."""
+"""Section: the progress of the search."""
 
 from __future__ import annotations
 
@@ -9,70 +9,73 @@ from rvjax.report.blocks import Drawing, Section
 from rvjax.report.number_format import axis_label, count, quantity
 from rvjax.run_folder.tuning_record import Searched
 
-OWN = 0
+ORIGINAL = 0
+"""Number of the original campaign among the candidates."""
 
 
-def shown(found: Searched, objective: int, value: float) -> float:
-    """What is drawn: a share in percent."""
-    return 100.0 * value if found.objectives[objective].share else value
+def plotted(search: Searched, objective: int, value: float) -> float:
+    """The value of an objective in the unit of its axis: % for a share."""
+    return 100.0 * value if search.objectives[objective].share else value
 
 
-def label(found: Searched, objective: int) -> str:
-    """Of an axis with an objective."""
-    one = found.objectives[objective]
-    return axis_label(one.text, "%" if one.share else one.unit)
+def label(search: Searched, objective: int) -> str:
+    """The axis label of an objective."""
+    measured = search.objectives[objective]
+    return axis_label(measured.text, "%" if measured.share else measured.unit)
 
 
-def section(found: Searched) -> Section:
-    """The first objective of every candidate in their order, and the best so far."""
+def section(search: Searched) -> Section:
+    """The first objective of every candidate in order, and the best value so far."""
     figure, (axis,) = plotting.axes(1, 1, 2.8)
-    rows = [row for row in found.rows if row.candidate and row.objectives]
+    rows = [row for row in search.rows if row.candidate and row.objectives]
     groups = (
-        ("left in a race", [row for row in rows if row.left], plotting.SKY, 10, 0.55),
-        ("missed a requirement", [row for row in rows if not row.left and row.violation > 0], plotting.ORANGE, 22, 0.9),
+        ("eliminated in a race", [row for row in rows if row.left], plotting.SKY, 10, 0.55),
+        ("violates a requirement", [row for row in rows if not row.left and row.violation > 0], plotting.ORANGE, 22, 0.9),
         ("flew all samples", [row for row in rows if not row.left and row.violation == 0], plotting.BLUE, 26, 1.0),
     )
     for name, members, colour, size, alpha in groups:
-        points = [(row.candidate, shown(found, 0, row.objectives[0])) for row in members if math.isfinite(row.objectives[0])]
+        points = [(row.candidate, plotted(search, 0, row.objectives[0])) for row in members if math.isfinite(row.objectives[0])]
         if points:
             axis.scatter(*zip(*points, strict=True), s=size, color=colour, alpha=alpha, lw=0, label=name)
-    line = best_so_far(found)
-    if line and found.goal != "pareto":
-        x, y = zip(*[(number, shown(found, 0, value)) for number, value in line], strict=True)
+    line = best_so_far(search)
+    if line and search.goal != "pareto":
+        x, y = zip(*[(number, plotted(search, 0, value)) for number, value in line], strict=True)
         axis.step([*x, max(len(rows), x[-1])], [*y, y[-1]], where="post", color=plotting.INK, lw=1.2, label="best so far")
-    values = [shown(found, 0, row.objectives[0]) for row in rows if math.isfinite(row.objectives[0])]
-    own = found.row[OWN].objectives[0]
-    if math.isfinite(own):
-        axis.axhline(shown(found, 0, own), color=plotting.RED, lw=1.0, ls=(0, (4, 3)), label="campaign as it is")
+    values = [plotted(search, 0, row.objectives[0]) for row in rows if math.isfinite(row.objectives[0])]
+    original = search.row[ORIGINAL].objectives[0]
+    if math.isfinite(original):
+        axis.axhline(plotted(search, 0, original), color=plotting.RED, lw=1.0, ls=(0, (4, 3)), label="original campaign")
     if values and min(values) > 0 and max(values) > 20 * min(values):
         plotting.logarithmic(axis.yaxis, max(values) / min(values))
-    axis.set_xlabel("candidate, in the order in which they were proposed")
-    axis.set_ylabel(label(found, 0))
+    axis.set_xlabel("candidate, in the order of proposal")
+    axis.set_ylabel(label(search, 0))
     axis.legend(loc="best")
     lost = sum(1 for row in rows if not math.isfinite(row.objectives[0]))
-    infinite = f" {count(lost)} candidates without a finite value are not drawn." if lost else ""
+    infinite = f" Not drawn: {count(lost)} candidates without a finite value." if lost else ""
     caption = (
-        "Each candidate with the samples that it has flown: few of those that left early, so their values scatter. The best "
-        f"so far is chosen among those that flew all {count(found.cost.sizes[-1])}, requirements first.{infinite}"
+        "Each value is over the samples that the candidate has flown. Eliminated candidates flew few samples, so their values "
+        f"scatter. The best so far is among the candidates that flew all {count(search.cost.sizes[-1])} samples; a smaller "
+        f"violation of the requirements comes first.{infinite}"
     )
-    return Section("course", "Course of the search", _lead(found), (Drawing("tuning-course", caption, figure),))
+    return Section("course", "Progress of the search", _lead(search), (Drawing("tuning-course", caption, figure),))
 
 
-def best_so_far(found: Searched) -> list[tuple[int, float]]:
-    """(candidate, first objective) of each that was better than all before it."""
-    best, line = found.row[OWN], [(0, found.row[OWN].objectives[0])]
-    for row in sorted(found.rows, key=lambda row: row.candidate):
+def best_so_far(search: Searched) -> list[tuple[int, float]]:
+    """(candidate, first objective) of each candidate that was better than all before it."""
+    best, line = search.row[ORIGINAL], [(0, search.row[ORIGINAL].objectives[0])]
+    for row in sorted(search.rows, key=lambda row: row.candidate):
         if not row.left and row.score and (row.violation, row.score) < (best.violation, best.score):
             best = row
             line.append((row.candidate, row.objectives[0]))
     return [(number, value) for number, value in line if math.isfinite(value)]
 
 
-def _lead(found: Searched) -> str:
-    line = best_so_far(found)
-    if not found.best or not line:
-        return "No candidate was better than the campaign as it is."
-    one = found.objectives[0]
-    value = found.row[found.best].objectives[0]
-    text = f"{100 * value:.4g} %" if one.share else quantity(value, one.unit)
-    return f"{one.text}: {text} with candidate {found.best}, on the {count(found.row[found.best].samples)} draws of the search."
+def _lead(search: Searched) -> str:
+    line = best_so_far(search)
+    if not search.best or not line:
+        return "No candidate was better than the original campaign."
+    objective = search.objectives[0]
+    best = search.row[search.best]
+    value = best.objectives[0]
+    text = f"{100 * value:.4g} %" if objective.share else quantity(value, objective.unit)
+    return f"{objective.text}: {text} with candidate {search.best}, on the {count(best.samples)} draws of the search."

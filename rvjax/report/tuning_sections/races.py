@@ -1,4 +1,4 @@
-"""Section: what the search has cost, and how candidates left."""
+"""Section: the cost of the search, and the candidates that each round eliminated."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from rvjax.report.number_format import count
 from rvjax.run_folder.tuning_record import Searched
 
 
-def section(found: Searched) -> Section:
-    """One row for each round of the races."""
-    cost = found.cost
+def section(search: Searched) -> Section:
+    """A row for each round of the races."""
+    cost = search.cost
     columns = zip(cost.sizes, cost.begun, cost.by_test, cost.by_halving, strict=True)
     rows = tuple(
         (
@@ -23,17 +23,18 @@ def section(found: Searched) -> Section:
     )
     share = cost.flights / cost.full if cost.full else 0.0
     lead = (
-        f"{count(cost.flights)} flights of candidates, {100 * share:.3g} % of the {count(cost.full)} that all samples of all "
-        f"candidates would have been; {'one program was' if cost.programs == 1 else f'{cost.programs} programs were'} compiled."
+        f"{count(cost.flights)} candidate flights, {100 * share:.3g} % of the {count(cost.full)} flights of all candidates on "
+        f"all samples; {'1 program was' if cost.programs == 1 else f'{cost.programs} programs were'} compiled."
     )
     idle = cost.lanes - cost.flights - cost.own
     caption = (
-        "Candidates that began a round, and how many left after it: by a test that they are worse than the best, or by halving. "
-        f"{count(cost.own)} flights more of the campaign as it is; {count(idle)} lanes filled chunks up."
+        "Candidates at the start of each round, and those eliminated after it: by a test that they are worse than the best "
+        f"candidate, or by halving. In addition: {count(cost.own)} flights of the original campaign, and {count(idle)} lanes "
+        "that only filled up chunks."
     )
     return Section(
         "races",
         "Races and cost",
         lead,
-        (Table(caption, ("round", "samples", "began", "left by a test", "left by halving"), rows),),
+        (Table(caption, ("round", "samples", "candidates", "eliminated by a test", "eliminated by halving"), rows),),
     )

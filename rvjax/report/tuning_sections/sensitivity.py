@@ -1,4 +1,4 @@
-"""Section: which values matter."""
+"""Section: sensitivity of the objective to the parameters."""
 
 from __future__ import annotations
 
@@ -10,35 +10,36 @@ LEVEL = 0.05
 CONFIDENCE = 0.95
 
 
-def section(found: Searched) -> Section | None:
-    """Share of the variance of the objective that each value explains alone; None where there were too few candidates."""
-    if not found.sensitivity:
+def section(search: Searched) -> Section | None:
+    """First-order share of the objective's variance per parameter; None if there were too few candidates."""
+    if not search.sensitivity:
         return None
-    n = sum(1 for row in found.rows if row.u and row.first)
-    ordered = sorted(found.sensitivity, key=lambda one: -one.share.value)
+    n = sum(1 for row in search.rows if row.u and row.first)
+    ordered = sorted(search.sensitivity, key=lambda parameter: -parameter.share.value)
     rows = tuple(
         (
-            Code(one.name),
+            Code(parameter.name),
             Number(
-                f"sensitivity.{one.name}",
-                Estimate(one.share.value, one.share.low, one.share.high, n, CONFIDENCE, "given data"),
+                f"sensitivity.{parameter.name}",
+                Estimate(parameter.share.value, parameter.share.low, parameter.share.high, n, CONFIDENCE, "given data"),
                 percent=True,
             ),
-            f"{one.p:.2g}",
+            f"{parameter.p:.2g}",
         )
-        for one in ordered
+        for parameter in ordered
     )
-    clear = [one.name for one in ordered if one.p * len(ordered) <= LEVEL]
+    clear = [parameter.name for parameter in ordered if parameter.p * len(ordered) <= LEVEL]
     caption = (
-        "Share of the variance of the ranks of the first objective, after the first round of its race, that each value explains "
-        "alone (given-data estimate over classes of equal size, 0 in the mean where there is none); p by permutation. Candidates "
-        "of a search that follows what it finds are not spread evenly: values that it moved together share what they explain."
+        "First-order sensitivity: the share of the variance of the ranks of the first objective, after the first round of the "
+        "race, that a parameter explains alone (given-data estimate over classes of equal size, with mean 0 without an effect); "
+        "p by permutation. An adaptive search does not spread its candidates evenly: parameters that it changed together share "
+        "their effect."
     )
     lead = (
-        f"{', '.join(clear)} clearly decide the objective."
+        f"{', '.join(clear)} clearly influence the objective."
         if len(clear) > 1
-        else f"{clear[0]} clearly decides the objective."
+        else f"{clear[0]} clearly influences the objective."
         if clear
-        else "No value clearly decides the objective alone."
+        else "No single parameter clearly influences the objective."
     )
-    return Section("sensitivity", "Which values matter", lead, (Table(caption, ("value", "explains", "p"), rows),))
+    return Section("sensitivity", "Sensitivity", lead, (Table(caption, ("parameter", "share of variance", "p"), rows),))

@@ -1,4 +1,4 @@
-"""Section: objectives against each other."""
+"""Section: trade-offs between objectives."""
 
 from __future__ import annotations
 
@@ -7,72 +7,68 @@ from itertools import combinations
 
 from rvjax.report import plotting
 from rvjax.report.blocks import Cell, Drawing, Mark, Number, Section, Table
-from rvjax.report.tuning_sections.course import OWN, label, shown
-from rvjax.report.tuning_sections.values import said
+from rvjax.report.tuning_sections.course import ORIGINAL, label, plotted
+from rvjax.report.tuning_sections.values import setting_text
 from rvjax.run_folder.tuning_record import Row, Searched
+from rvjax.stats.pareto import Score, undominated
 from rvjax.stats.sampling_design import Observed
 
 MOST_PAIRS = 3
 
-FIGURE = "Candidates that flew all samples and miss the requirements the least, on the draws of the search."
+FIGURE = "The candidates that flew all samples and have the smallest violation of the requirements, on the draws of the search."
 
 
-def section(found: Searched) -> Section | None:
-    """Candidates that flew all samples in the plane of two objectives; None where there is one objective."""
-    count = len(found.objectives)
+def section(search: Searched) -> Section | None:
+    """The candidates that flew all samples in the planes of two objectives; None for a single objective."""
+    count = len(search.objectives)
     if count < 2:
         return None
     pairs = list(combinations(range(count), 2))[:MOST_PAIRS]
     figure, panels = plotting.axes(1, len(pairs), 3.2)
-    whole = [row for row in found.rows if not row.left and row.objectives]
-    least = min(row.violation for row in whole)
-    whole = [row for row in whole if row.violation == least]
-    front = set(found.front) or {row.candidate for row in _undominated(found, whole)}
+    finished = [row for row in search.rows if not row.left and row.objectives]
+    least = min(row.violation for row in finished)
+    finished = [row for row in finished if row.violation == least]
+    front = set(search.front) or _front(search, finished)
     for axis, (i, j) in zip(panels, pairs, strict=True):
         for rows, colour, size, name in (
-            ([row for row in whole if row.candidate not in front], plotting.SKY, 14, "others"),
-            ([row for row in whole if row.candidate in front], plotting.BLUE, 30, "best trade-offs"),
-            ([found.row[found.best]] if found.best else [], plotting.GREEN, 60, "winner"),
-            ([found.row[OWN]], plotting.RED, 44, "campaign as it is"),
+            ([row for row in finished if row.candidate not in front], plotting.SKY, 14, "dominated"),
+            ([row for row in finished if row.candidate in front], plotting.BLUE, 30, "Pareto front"),
+            ([search.row[search.best]] if search.best else [], plotting.GREEN, 60, "winner"),
+            ([search.row[ORIGINAL]], plotting.RED, 44, "original campaign"),
         ):
-            points = [(shown(found, i, row.objectives[i]), shown(found, j, row.objectives[j])) for row in rows]
+            points = [(plotted(search, i, row.objectives[i]), plotted(search, j, row.objectives[j])) for row in rows]
             points = [point for point in points if all(map(math.isfinite, point))]
             if points:
                 axis.scatter(*zip(*points, strict=True), s=size, color=colour, lw=0, label=name)
-        axis.set_xlabel(label(found, i))
-        axis.set_ylabel(label(found, j))
+        axis.set_xlabel(label(search, i))
+        axis.set_ylabel(label(search, j))
     panels[0].legend(loc="best")
-    names = [one.name for one in found.parameters]
-    sign = -1.0 if found.objectives[0].largest else 1.0
-    listed = sorted((found.row[one] for one in front), key=lambda row: sign * row.objectives[0])[:20]
-    rows = tuple(_row(found, row, names) for row in listed)
-    head = ("candidate", *(one.text for one in found.objectives), *names)
-    some = ", the first 20" if len(front) > 20 else ""
-    caption = f"Best trade-offs among candidates that flew all samples{some}; on the draws of the search."
+    names = [parameter.name for parameter in search.parameters]
+    sign = -1.0 if search.objectives[0].largest else 1.0
+    listed = sorted((search.row[candidate] for candidate in front), key=lambda row: sign * row.objectives[0])[:20]
+    rows = tuple(_row(search, row, names) for row in listed)
+    head = ("candidate", *(objective.text for objective in search.objectives), *names)
+    limit = ", the first 20" if len(front) > 20 else ""
+    caption = f"Pareto front of the candidates that flew all samples{limit}, on the draws of the search."
     body = (Drawing("tuning-trade-offs", FIGURE, figure), Table(caption, head, rows))
-    missed = "" if not least else f"; all of them miss the requirements by {least:.3g} or more"
-    lead = f"{len(front)} of {len(whole)} candidates that flew all samples are beaten by no other in everything{missed}."
-    return Section("trade-offs", "Objectives against each other", lead, body)
+    violation = "" if not least else f"; each violates the requirements by {least:.3g} in total"
+    lead = f"{len(front)} of {len(finished)} candidates that flew all samples are Pareto-optimal{violation}."
+    return Section("trade-offs", "Trade-offs between objectives", lead, body)
 
 
-def _row(found: Searched, row: Row, names: list[str]) -> tuple[Cell, ...]:
-    who: Cell = Mark("WINNER") if row.candidate == found.best else "as it is" if row.candidate == OWN else str(row.candidate)
-    values = (
-        Number(f"front.{row.candidate}.{k}", Observed(value, row.samples), one.unit, percent=one.share)
-        for k, (value, one) in enumerate(zip(row.objectives, found.objectives, strict=True))
+def _row(search: Searched, row: Row, names: list[str]) -> tuple[Cell, ...]:
+    name: Cell = (
+        Mark("WINNER") if row.candidate == search.best else "original" if row.candidate == ORIGINAL else str(row.candidate)
     )
-    return (who, *values, *(said(row.values.get(name)) for name in names))
+    values = (
+        Number(f"front.{row.candidate}.{k}", Observed(value, row.samples), objective.unit, percent=objective.share)
+        for k, (value, objective) in enumerate(zip(row.objectives, search.objectives, strict=True))
+    )
+    return (name, *values, *(setting_text(row.values.get(parameter)) for parameter in names))
 
 
-def _undominated(found: Searched, rows: list[Row]) -> list[Row]:
-    signs = [-1.0 if one.largest else 1.0 for one in found.objectives]
-
-    def losses(row: Row) -> list[float]:
-        return [sign * value for sign, value in zip(signs, row.objectives, strict=True)]
-
-    known = [(row, losses(row)) for row in rows]
-    return [
-        row
-        for row, own in known
-        if not any(other != own and all(x <= y for x, y in zip(other, own, strict=True)) for _, other in known)
-    ]
+def _front(search: Searched, rows: list[Row]) -> set[int]:
+    """Numbers of the Pareto-optimal candidates among rows with the same violation."""
+    signs = [-1.0 if objective.largest else 1.0 for objective in search.objectives]
+    losses = [tuple(sign * value for sign, value in zip(signs, row.objectives, strict=True)) for row in rows]
+    return {rows[i].candidate for i in undominated([Score(0.0, values) for values in losses])}

@@ -1,4 +1,4 @@
-"""Section: the values that were searched."""
+"""Section: the tuned parameters."""
 
 from __future__ import annotations
 
@@ -7,36 +7,40 @@ from rvjax.report.number_format import setting
 from rvjax.run_folder.tuning_record import Searched, Value
 
 
-def said(value: Value | None) -> str:
-    """A value of a campaign."""
+def setting_text(value: Value | None) -> str:
+    """A value of the campaign file as text."""
     if value is None:
-        return "drawn, or not one value"
+        return "drawn, or several values"
     return setting(float(value)) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
-def section(found: Searched) -> Section:
-    """Every parameter with its range, the campaign's own value and the winner's."""
+def section(search: Searched) -> Section:
+    """Every parameter with its range, the value of the original campaign and the winner's value."""
     rows = tuple(
         (
-            Code(one.name),
-            one.range if one.free else f"tied: {one.range}",
-            said(one.own),
-            said(one.best if found.best else one.own),
+            Code(parameter.name),
+            parameter.range if parameter.free else f"tied: {parameter.range}",
+            setting_text(parameter.own),
+            setting_text(parameter.best if search.best else parameter.own),
         )
-        for one in found.parameters
+        for parameter in search.parameters
     )
-    lead = f"{sum(one.free for one in found.parameters)} values were searched by {found.method}."
-    edge = [one.name for one in found.parameters if one.free and found.best and _at_the_edge(found, one.name)]
-    notes = (f"At the edge of its range: {', '.join(edge)}. A wider one may hold something better.",) if edge else ()
+    lead = f"{search.method} tuned {sum(parameter.free for parameter in search.parameters)} parameters."
+    free = [parameter.name for parameter in search.parameters if parameter.free]
+    edge = [name for name in free if search.best and _at_the_edge(search, name)]
+    notes = (f"At the edge of the range: {', '.join(edge)}. A wider range may contain better values.",) if edge else ()
     return Section(
-        "values", "Values", lead, (Table("In the units of the campaign file.", ("value", "range", "own", "winner"), rows), *notes)
+        "values",
+        "Tuned parameters",
+        lead,
+        (Table("Values in the units of the campaign file.", ("parameter", "range", "original campaign", "winner"), rows), *notes),
     )
 
 
-def _at_the_edge(found: Searched, name: str) -> bool:
-    free = [one for one in found.parameters if one.free]
-    index = [one.name for one in free].index(name)
+def _at_the_edge(search: Searched, name: str) -> bool:
+    free = [parameter for parameter in search.parameters if parameter.free]
+    index = [parameter.name for parameter in free].index(name)
     if free[index].scale == "levels":
         return False
-    u = found.row[found.best].u[index]
+    u = search.row[search.best].u[index]
     return u < 0.02 or u > 0.98

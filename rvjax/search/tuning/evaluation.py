@@ -16,7 +16,8 @@ from rvjax.components.search_methods.interface import Spent, Task, Told
 from rvjax.search.tuning.candidate_flights import Flights
 from rvjax.search.tuning.gradients import Slopes
 from rvjax.search.tuning.objective import Judge
-from rvjax.search.tuning.race import RaceSettings, Standing, front_of, ordered, race, ranks
+from rvjax.search.tuning.race import RaceSettings, Standing, ordered, race, ranks
+from rvjax.stats.pareto import front_of
 
 OWN = 0
 """Number of the campaign as it is."""

@@ -31,7 +31,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -43,6 +42,7 @@ from rvjax.campaign import Requirement
 from rvjax.campaign.tuning import Goal, Objective
 from rvjax.columns import Column
 from rvjax.stats import clopper_pearson_lower, mcnemar, verdict_chances
+from rvjax.stats.pareto import Score
 
 Values = NDArray[np.float64]
 
@@ -53,14 +53,6 @@ CONFIDENCE = 0.95
 
 POWER = 0.9
 """Probability to pass on fresh draws that a candidate is asked for."""
-
-
-class Score(NamedTuple):
-    """violation: of the requirements, in sum. objectives: as losses."""
-
-    violation: float
-    objectives: tuple[float, ...]
-
 
 REFUSED = math.inf
 """Violation of a candidate whose values the campaign does not accept together."""

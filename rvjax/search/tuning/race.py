@@ -29,8 +29,9 @@ from numpy.typing import NDArray
 
 from rvjax.campaign.tuning import Goal
 from rvjax.run_folder.tuning_record import Left
-from rvjax.search.tuning.objective import REFUSED, Judge, Score
+from rvjax.search.tuning.objective import REFUSED, Judge
 from rvjax.stats import holm
+from rvjax.stats.pareto import Score, front_of
 
 
 class Field(Protocol):
@@ -139,26 +140,6 @@ def ordered(scores: dict[int, Score], goal: Goal) -> list[int]:
         for (one, score), front, room in zip(scores.items(), fronts, crowd, strict=True)
     }
     return sorted(scores, key=lambda one: keys[one])
-
-
-def front_of(scores: Sequence[Score]) -> list[int]:
-    """Which front each belongs to: 0 those that nothing dominates, 1 those that only they dominate, … One that violates less
-    dominates. Deb et al., IEEE Trans. Evol. Comp. 6, 2002."""
-    found = [-1] * len(scores)
-    left, front = set(range(len(scores))), 0
-    while left:
-        best = {i for i in left if not any(dominates(scores[j], scores[i]) for j in left)}
-        for i in best:
-            found[i] = front
-        left, front = left - best, front + 1
-    return found
-
-
-def dominates(a: Score, b: Score) -> bool:
-    """Whether a is better than b in something and worse in nothing."""
-    if a.violation != b.violation:
-        return a.violation < b.violation
-    return a.objectives != b.objectives and all(x <= y for x, y in zip(a.objectives, b.objectives, strict=True))
 
 
 def crowding(scores: Sequence[Score], fronts: Sequence[int]) -> list[float]:
