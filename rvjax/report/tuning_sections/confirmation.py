@@ -112,9 +112,9 @@ def _objectives(search: Searched, confirmation: Confirmation) -> Table:
     )
     head = ("objective", "winner in the search", "winner", "original campaign", "difference", "optimism", "verdict")
     caption = (
-        f"Winner and original campaign on the same {count(samples)} draws of seed {confirmation.seed}, which are new to the search. "
-        f"Difference: winner minus original campaign, paired, each at {confidence} confidence ({methods}). Optimism: the amount by "
-        "which the winner's value in the search was better than on these draws."
+        f"Winner and original campaign on the same {count(samples)} draws of seed {confirmation.seed}, which are new to the "
+        f"search. Difference: winner minus original campaign, paired, each at {confidence} confidence ({methods}). Optimism: the "
+        "amount by which the winner's value in the search was better than on these draws."
     )
     return Table(caption, head, rows)
 
