@@ -150,8 +150,8 @@ def bands(axis: Axes, t: NDArray[np.float64], values: NDArray[np.float64], lost:
     least, most = np.nanmin(values, axis=0), np.nanmax(values, axis=0)
     filled = np.where(np.isnan(values), lost, values)
     low, middle, high = np.nanquantile(filled, (0.05, 0.5, 0.95), axis=0, method="inverted_cdf")
-    axis.fill_between(t, least, most, color=colour, alpha=0.13, lw=0, label="all samples")
-    axis.fill_between(t, np.minimum(low, most), np.minimum(high, most), color=colour, alpha=0.28, lw=0, label="5–95 %")
+    axis.fill_between(t, least, most, color=colour, alpha=0.13, lw=0, label="full range")
+    axis.fill_between(t, np.minimum(low, most), np.minimum(high, most), color=colour, alpha=0.28, lw=0, label="5–95 % range")
     axis.plot(t, np.where(np.isfinite(middle), middle, np.nan), color=colour, label="median")
 
 

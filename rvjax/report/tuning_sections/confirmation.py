@@ -56,23 +56,32 @@ def value_text(value: float, objective: Confirmed) -> str:
     return f"{100 * value:.4g} %" if objective.share else quantity(value, objective.unit)
 
 
+def _passed(confirmation: Confirmation) -> list[str]:
+    """Requirements that the winner passes and the original campaign fails."""
+    return [kept.text for kept in confirmation.requirements if kept.tuned == "PASS" and kept.own == "FAIL"]
+
+
+def _lost(confirmation: Confirmation) -> list[str]:
+    """Requirements that the original campaign passes and the winner does not."""
+    return [kept.text for kept in confirmation.requirements if kept.own == "PASS" and kept.tuned != "PASS"]
+
+
 def _sentence(search: Searched, first: Confirmed, passed: Sequence[str], lost: Sequence[str]) -> str:
     if not search.best:
         return f"No candidate was better than the original campaign: {first.text} {value_text(first.own, first)}."
     values = f"{first.text} {value_text(first.tuned, first)}; original campaign {value_text(first.own, first)}."
     if not passed and not lost:
         return f"Candidate {search.best} on fresh draws: {values}"
-    changes = [f"{word} {', '.join(texts)}" for word, texts in (("passes", passed), ("does not pass", lost)) if texts]
-    return f"On fresh draws, candidate {search.best}, unlike the original campaign, {' and '.join(changes)}. Objective: {values}"
+    changes = [f"passes {', '.join(passed)} (the original campaign fails)"] if passed else []
+    changes += [f"does not pass {', '.join(lost)} (the original campaign passes)"] if lost else []
+    return f"Candidate {search.best} on fresh draws {' and '.join(changes)}. Objective: {values}"
 
 
 def _overall(search: Searched, first: Confirmed) -> tuple[str, str]:
     """(word, sentence). Requirements that only the winner or only the original campaign passes come before objectives, as in the
     search."""
     assert search.confirmation is not None
-    required = search.confirmation.requirements if search.best else []
-    passed = [requirement.text for requirement in required if requirement.tuned == "PASS" and requirement.own == "FAIL"]
-    lost = [requirement.text for requirement in required if requirement.own == "PASS" and requirement.tuned != "PASS"]
+    passed, lost = (_passed(search.confirmation), _lost(search.confirmation)) if search.best else ([], [])
     word = "worse" if lost else "better" if passed else first.verdict
     return WORDS[word], _sentence(search, first, passed, lost)
 
@@ -125,10 +134,10 @@ def _requirements(confirmation: Confirmation) -> Table:
         for n, requirement in enumerate(confirmation.requirements)
     )
     caption = (
-        "Requirements on the same draws. The third and fourth numbers are the samples that comply with only the winner, or only "
-        "the original campaign. p: McNemar's exact test, one-sided, of the hypothesis that the winner complies as often."
+        "Requirements on the same draws, with the number of samples in which only the winner or only the original campaign "
+        "complies. p: McNemar's exact test, one-sided, of the hypothesis that the winner complies as often."
     )
-    head = ("requirement", "winner", "original campaign", "only the winner complies", "only the original complies", "p")
+    head = ("requirement", "winner", "original campaign", "only winner complies", "only original complies", "p")
     return Table(caption, head, rows)
 
 
@@ -156,11 +165,7 @@ def _lead(search: Searched) -> str:
     parts = [f"{verdict} in {', '.join(texts)}" for verdict, texts in by.items() if texts and verdict != _UNDECIDED]
     same = by[_UNDECIDED]
     parts += [f"not clearly different in {', '.join(same)}"] if same else []
-    passed = [
-        requirement.text
-        for requirement in search.confirmation.requirements
-        if requirement.own == "FAIL" and requirement.tuned == "PASS"
-    ]
+    passed = _passed(search.confirmation)
     more = f" It passes requirements that the original campaign fails: {', '.join(passed)}." if passed else ""
     return f"The winner is {'; '.join(parts)}.{more}"
 

@@ -10,7 +10,7 @@ from rvjax.run_folder.tuning_record import Searched, Value
 def setting_text(value: Value | None) -> str:
     """A value of the campaign file as text."""
     if value is None:
-        return "drawn, or several values"
+        return "no single value"
     return setting(float(value)) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
@@ -25,7 +25,7 @@ def section(search: Searched) -> Section:
         )
         for parameter in search.parameters
     )
-    lead = f"{search.method} tuned {sum(parameter.free for parameter in search.parameters)} parameters."
+    lead = f"{sum(parameter.free for parameter in search.parameters)} tuned parameters; search method: {search.method}."
     free = [parameter.name for parameter in search.parameters if parameter.free]
     edge = [name for name in free if search.best and _at_the_edge(search, name)]
     notes = (f"At the edge of the range: {', '.join(edge)}. A wider range may contain better values.",) if edge else ()
