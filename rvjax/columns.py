@@ -2,15 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 AXES = ("x", "y", "z")
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 """Suffixes of the columns of a vector, and of the six actuator channels."""
 
+DRAW, METRIC, SIGNAL = "draw.", "metric.", "ctl."
+"""Prefixes of the column names of draws, metrics and controller signals."""
+
+
+def draw_column(name: str) -> str:
+    """`pursuer.mass_kg` → `draw.pursuer.mass_kg`."""
+    return DRAW + name
+
+
+def metric_column(name: str) -> str:
+    """`settling_time_s` → `metric.settling_time_s`."""
+    return METRIC + name
+
+
+def drawn_columns(columns: Iterable[str]) -> list[str]:
+    """The columns of draws, without the controller's: runs of different controllers have these in common."""
+    return [name for name in columns if name.startswith(DRAW) and not name.startswith(draw_column("controller."))]
+
 
 MARGIN = "margin."
-"""Beginning of the name of a temporal margin, the metric of a formula that the campaign has named."""
+"""Prefix of the name of a temporal margin: the metric of a formula in the campaign's `margins`."""
 
 
 def metric_and_channel(name: str) -> tuple[str, str]:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator, complies
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import title
-from rvjax.columns import Column
+from rvjax.columns import DRAW, Column, drawn_columns, metric_column
 from rvjax.errors import UsageError
 from rvjax.run_folder import RunFolder, atomic_files
 from rvjax.stats import holm, mcnemar
@@ -117,10 +117,10 @@ def more_than_half(count: int, n: int) -> float:
 
 def _document(folder: RunFolder) -> dict[str, Any]:
     campaign, columns = campaign_of(folder), folder.columns()
-    drawn = [name for name in columns if name.startswith("draw.") and not name.startswith("draw.controller.")]
-    shown = [name for name in METRICS if f"metric.{name}" in columns]
+    drawn = drawn_columns(columns)
+    shown = [name for name in METRICS if metric_column(name) in columns]
     readings = [RequirementEvaluator(one) for one in campaign.require if not one.mean]
-    needed = dict.fromkeys([*drawn, *(f"metric.{name}" for name in shown)])
+    needed = dict.fromkeys([*drawn, *(metric_column(name) for name in shown)])
     for reading in readings:
         needed |= dict.fromkeys(reading.columns(list(columns)))
     frame = _first(folder, ["sample", "outcome", *needed])
@@ -131,7 +131,7 @@ def _document(folder: RunFolder) -> dict[str, Any]:
         "format": FORMAT,
         "campaign": campaign.name,
         "samples": len(frame),
-        "draws": {name.removeprefix("draw."): _digest(frame[name].to_numpy(dtype=float)) for name in drawn},
+        "draws": {name.removeprefix(DRAW): _digest(frame[name].to_numpy(dtype=float)) for name in drawn},
         "requirements": marks,
         "metrics": {name: _metric(frame, columns, name) for name in shown},
     }
@@ -158,7 +158,7 @@ def _marks(reading: RequirementEvaluator, frame: pd.DataFrame) -> str:
 
 
 def _metric(frame: pd.DataFrame, columns: Mapping[str, Column], name: str) -> dict[str, Any]:
-    column = f"metric.{name}"
+    column = metric_column(name)
     values = np.where(frame["outcome"] == "not_finite", math.nan, frame[column].to_numpy(dtype=float))
     rounded = [float(f"{x:.9g}") if math.isfinite(x) else None for x in values]
     return {"better": columns[column].better or "lower", "values": rounded}

@@ -31,7 +31,7 @@ from rvjax.analysis.run_totals import worst_first
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import MANY, success_of
 from rvjax.campaign import Requirement, Spec
-from rvjax.columns import Column
+from rvjax.columns import METRIC, Column, metric_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import UsageError
 from rvjax.run_folder import BASELINES, OUTCOMES
@@ -212,7 +212,7 @@ def _successes(spec: Spec) -> list[Requirement]:
 
 
 def _name(requirement: Requirement, columns: Mapping[str, Column]) -> str:
-    places = (f"metric.{requirement.metric}{end}" for end in ("", f".{requirement.channel or 'any'}"))
+    places = (metric_column(f"{requirement.metric}{end}") for end in ("", f".{requirement.channel or 'any'}"))
     return success_of(requirement, next((columns[place].unit for place in places if place in columns), ""))
 
 
@@ -220,7 +220,7 @@ def _wanted(
     first: Mapping[str, Column], second: Mapping[str, Column], quantiles: Sequence[tuple[str, float]]
 ) -> list[tuple[str, float]]:
     """The quantiles to compare: the usual ones that both tables have, and those asked for."""
-    there = [name.removeprefix("metric.") for name in first if name.startswith("metric.") and name in second]
+    there = [name.removeprefix(METRIC) for name in first if name.startswith(METRIC) and name in second]
     for name, _ in quantiles:
         if name not in there:
             raise UsageError(f"metric {name!r} is not in both tables; accepted: {', '.join(there)}")
@@ -357,7 +357,7 @@ def _equals(p: float) -> str:
 
 def _shift(name: str, q: float, paired: Paired, confidence: float) -> Shift:
     a, b = paired.a.values[name], paired.b.values[name]
-    column = paired.a.columns[f"metric.{name}"]
+    column = paired.a.columns[metric_column(name)]
     shift = stats.quantile_shift(a, b, q, confidence, rng=np.random.Generator(np.random.Philox(key=SEED)))
     rank = stats.quantile_rank(paired.n, q)
     before, after = (float(np.partition(side, rank)[rank]) for side in (a, b))

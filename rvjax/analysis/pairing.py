@@ -21,20 +21,18 @@ from rvjax.analysis.run_totals import Ledger, metric, worst_value
 from rvjax.analysis.verdicts.compliance import complies
 from rvjax.campaign import Requirement
 from rvjax.campaign.plain_values import is_list, is_mapping
-from rvjax.columns import Column
+from rvjax.columns import DRAW, Column, drawn_columns, metric_column
 from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.run_folder import OUTCOMES, RunFolder
 
 BLOCK = 16_384
 """Rows that are read of each folder before they are compared and let go."""
 
-OWN = "draw.controller."
-"""Draws that belong to the controller, which may be another one; all others have to be the same."""
 
 NAMED = 3
 """Columns that a refusal names."""
 
-RANKED = ("outcome_time_s", "metric.window_position_error_m", "metric.settling_time_s")
+RANKED = ("outcome_time_s", metric_column("window_position_error_m"), metric_column("settling_time_s"))
 """What decides, beside the outcome, which of two samples is worse."""
 
 
@@ -121,7 +119,7 @@ def pair(
     n = _size(a, b, common)
     readers = _Reader(a), _Reader(b)
     names = metrics(readers[0].columns, readers[1].columns)
-    drawn = [[name for name in reader.columns if name.startswith("draw.") and not name.startswith(OWN)] for reader in readers]
+    drawn = [drawn_columns(reader.columns) for reader in readers]
     shared = [name for name in drawn[0] if name in drawn[1]]
     if not shared and any(drawn):
         raise UsageError(f"{a.path} and {b.path}: no draw in common, so nothing shows that their samples are the same ones")
@@ -131,7 +129,7 @@ def pair(
         _same_draws(a, b, frames[0], frames[1], shared)
         for side, frame in zip(sides, frames, strict=True):
             _keep(side, slice(first, first + len(frame)), frame, requirements, sides[0].columns)
-    lone = [tuple(name.removeprefix("draw.") for name in own if name not in shared) for own in drawn]
+    lone = [tuple(name.removeprefix(DRAW) for name in own if name not in shared) for own in drawn]
     return Paired(n, sides[0], sides[1], lone[0], lone[1])
 
 
@@ -198,7 +196,7 @@ def _keep(
         success[rows] = complies(requirement, frame)
     lost = outcome == "not_finite"
     for name, values in side.values.items():
-        values[rows] = np.where(lost, worst_value(columns.get(f"metric.{name}")), metric(frame, name, columns))
+        values[rows] = np.where(lost, worst_value(columns.get(metric_column(name))), metric(frame, name, columns))
     for name, values in side.ranked.items():
         values[rows] = frame[name].to_numpy(dtype=float)
 

@@ -16,7 +16,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from rvjax.campaign import Keep
-from rvjax.columns import Column
+from rvjax.columns import Column, metric_column
 from rvjax.errors import FolderError
 from rvjax.run_folder import OUTCOMES, Account
 from rvjax.stats import quantile_rank
@@ -235,7 +235,7 @@ def worst_first(frame: pd.DataFrame, columns: Mapping[str, Column]) -> list[int]
     place = np.array([_RANK.get(str(outcome), 0) for outcome in frame["outcome"]])
     keys = pd.DataFrame({"class": place, "sample": frame["sample"].to_numpy()})
     for key, name in (("window", "window_position_error_m"), ("settling", SETTLING)):
-        keys[key] = -metric(frame, name, columns) if f"metric.{name}" in frame else 0.0
+        keys[key] = -metric(frame, name, columns) if metric_column(name) in frame else 0.0
     time = frame["outcome_time_s"].to_numpy() if "outcome_time_s" in frame else 0.0
     keys["time"] = np.where(place == 0, time, 0.0)
     keys["window"] = keys["window"].where(place == 1, 0.0)
@@ -244,8 +244,8 @@ def worst_first(frame: pd.DataFrame, columns: Mapping[str, Column]) -> list[int]
 
 def metric(frame: pd.DataFrame, name: str, columns: Mapping[str, Column]) -> NDArray[np.float64]:
     """(n,) values of a metric in SI; NaN, as of a sample that ended not finite, is replaced by the worst value."""
-    values = frame[f"metric.{name}"].to_numpy(dtype=float)
-    return np.where(np.isnan(values), worst_value(columns.get(f"metric.{name}")), values)
+    values = frame[metric_column(name)].to_numpy(dtype=float)
+    return np.where(np.isnan(values), worst_value(columns.get(metric_column(name))), values)
 
 
 def worst_value(column: Column | None) -> float:

@@ -11,13 +11,13 @@ import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.analysis.run_totals import SETTLING, worst_first
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
-from rvjax.columns import Column
+from rvjax.columns import Column, metric_column
 
 if TYPE_CHECKING:
     from rvjax.campaign import Requirement
     from rvjax.run_folder import RunFolder
 
-_ORDER = ("outcome_time_s", "metric.window_position_error_m", f"metric.{SETTLING}")
+_ORDER = ("outcome_time_s", metric_column("window_position_error_m"), metric_column(SETTLING))
 """What the report orders samples by."""
 
 
@@ -30,8 +30,9 @@ class _Search:
         if not self._reading.of_metric:
             needed += [name for name in _ORDER if name in columns and name not in needed]
         self.names = ["sample", "outcome", *needed]
-        upwards = (requirement.below is not None) != (requirement.at_most is not None)  # larger is worse
-        self._sign = 1.0 if upwards else -1.0
+        bound = requirement.bound
+        sign = bound.sign if bound else -1.0
+        self._sign = sign if requirement.at_most is None else -sign  # of a metric that is the worse, the larger it is
         self._found: list[pd.DataFrame] = []
 
     def add(self, frame: pd.DataFrame) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, ValidationError, WithJsonSchema, model_validator
 
+from rvjax.campaign.bound import Bound, bound_of
 from rvjax.campaign.fields import Model, flag, number, option
 from rvjax.campaign.plain_values import describe, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, problems, refuse
@@ -97,6 +98,11 @@ class Requirement(Model):
     name: str | None = option(default=None, doc="shown in the report")
 
     @property
+    def bound(self) -> Bound | None:
+        """The value that the metric must stay below or above; None where the outcome is required."""
+        return bound_of(self.below, self.above)
+
+    @property
     def limit(self) -> float:
         """The share of samples that has to comply: not to be one of those of which there may be `at_most` so many."""
         if self.at_most is not None:
@@ -153,12 +159,12 @@ class Requirement(Model):
             return [] if self.range is None else [Problem("found without a mean", accepted, ("range",), at_key=True)]
         if self.method != "fixed":
             return [Problem(f"a mean has no method {self.method}", "accepted: fixed", ("method",))]
-        side = "below" if self.below is not None else "above"
-        value = self.below if self.below is not None else self.above
-        if self.range is None or value is None or self.range[0] < value < self.range[1]:
+        bound = self.bound
+        if self.range is None or bound is None or self.range[0] < bound.value < self.range[1]:
             return []
         low, high = self.range
-        return [Problem(f"{value:g} decides nothing", f"accepted: a value inside the range of {low:g} to {high:g}", (side,))]
+        accepted = f"accepted: a value inside the range of {low:g} to {high:g}"
+        return [Problem(f"{bound.value:g} decides nothing", accepted, (bound.side,))]
 
 
 def _exactly_one(given: set[str], names: tuple[str, ...]) -> list[Problem]:

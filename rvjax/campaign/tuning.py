@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
+from rvjax.campaign.bound import Bound, bound_of
 from rvjax.campaign.choice import Choice, OneChoice
 from rvjax.campaign.fields import Model, count, flag, number, option, part
 from rvjax.campaign.plain_values import is_list
@@ -35,6 +36,11 @@ class Objective(Model):
     above: float | None = number("1", default=None, doc="probability: that the metric is above this, in its unit")
     sense: Literal["smallest", "largest"] | None = option(default=None, doc="of a metric of which neither is known to be better")
     weight: float = number("1", default=1.0, above=0.0, doc="in the weighted sum, per unit of the metric")
+
+    @property
+    def bound(self) -> Bound | None:
+        """The value of a probability's `below` or `above`; None of every other form, and where the outcome counts."""
+        return bound_of(self.below, self.above)
 
     @model_validator(mode="after")
     def _one_form(self) -> Objective:

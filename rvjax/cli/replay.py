@@ -9,6 +9,7 @@ import typer
 
 from rvjax.cli._app import Folder, Json
 from rvjax.cli._output import Output
+from rvjax.columns import METRIC
 
 
 def command(
@@ -26,7 +27,7 @@ def command(
     target = trace_file(out or Path(f"sample-{sample:07d}.parquet"))
     trace, columns, row = replay(folder, sample, every)
     save(target, trace, columns)
-    metrics = {name.removeprefix("metric."): value for name, value in row.items() if name.startswith("metric.")}
+    metrics = {name.removeprefix(METRIC): value for name, value in row.items() if name.startswith(METRIC)}
     output.text(f"sample {sample}: {row['outcome']} at {row['outcome_time_s']:.6g} s; {len(trace)} rows in {target}")
     output.table(("metric", "value"), [(name, f"{value:.6g}") for name, value in metrics.items()])
     output.document({"sample": sample, "outcome": row["outcome"], "trace": str(target), "rows": len(trace), "metrics": metrics})

@@ -19,7 +19,7 @@ from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.analysis.run_totals import Totals, metric
 from rvjax.analysis.verdicts import Verdict, campaign_of
 from rvjax.campaign import Spec
-from rvjax.columns import CHANNELS
+from rvjax.columns import CHANNELS, draw_column, drawn_columns, metric_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import FolderError, IncompleteError
 from rvjax.report.blocks import Number
@@ -87,7 +87,7 @@ class Run:
 
     def column(self, name: str) -> Column:
         """Unit and description of a metric."""
-        return self.totals.columns[f"metric.{name}"]
+        return self.totals.columns[metric_column(name)]
 
     def draws(self, pattern: str = ".*") -> list[str]:
         """Paths of the numeric draws (without `draw.`) that fully match a regular expression."""
@@ -99,7 +99,7 @@ class Run:
 
     def draw_of_head(self, path: str) -> NDArray[np.float64]:
         """(n,) drawn values in SI of the first samples, in the order of `head`."""
-        return self.head[f"draw.{path}"].to_numpy(dtype=float)
+        return self.head[draw_column(path)].to_numpy(dtype=float)
 
     def quantile(self, name: str, q: float) -> Number:
         """The q-quantile of a metric with its order-statistic interval."""
@@ -203,7 +203,7 @@ def _baseline(folder: RunFolder, name: str, run: Totals, known: Mapping[str, Tot
         totals = Totals()
         for table in RunFolder.open(path).tables():
             totals.add(*table)
-    drawn = [name for name in run.head.columns if name.startswith("draw.") and not name.startswith("draw.controller.")]
+    drawn = drawn_columns(run.head.columns)
     if totals.n != run.n:
         return None
     if not totals.head[["sample", *drawn]].equals(run.head[["sample", *drawn]]):

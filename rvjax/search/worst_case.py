@@ -35,6 +35,7 @@ from rvjax.campaign import Requirement
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.draw_names import covers
 from rvjax.campaign.export import campaign_text
+from rvjax.columns import METRIC, draw_column, metric_column
 from rvjax.components.samplers.interface import Samples
 from rvjax.components.samplers.uniforms_table import Block, columns_of
 from rvjax.errors import UsageError
@@ -91,8 +92,8 @@ class Case:
 
     def frame(self, other: Mapping[str, float]) -> pd.DataFrame:
         """Its row of a table, with other values of some metrics."""
-        values = {f"metric.{name}": value for name, value in {**self.values, **other}.items()}
-        return pd.DataFrame([{"outcome": self.outcome, **values, **{f"draw.{name}": x for name, x in self.draws.items()}}])
+        values = {metric_column(name): value for name, value in {**self.values, **other}.items()}
+        return pd.DataFrame([{"outcome": self.outcome, **values, **{draw_column(name): x for name, x in self.draws.items()}}])
 
     @property
     def distance(self) -> float:
@@ -133,9 +134,9 @@ class WorstCaseSearch:
     def __init__(self, problem: Problem, requirement: Requirement, vary: Sequence[str] = ()) -> None:
         self.problem, self.requirement = problem, requirement
         self._reading = RequirementEvaluator(requirement)
-        self._columns = {f"metric.{name}": column for name, column in problem.metric_columns.items()}
+        self._columns = {metric_column(name): column for name, column in problem.metric_columns.items()}
         self._reading.columns(
-            [*self._columns, *(f"draw.{name}" for name in (*problem.dispersions.columns, *counted(problem.spec)))]
+            [*self._columns, *(draw_column(name) for name in (*problem.dispersions.columns, *counted(problem.spec)))]
         )
         laws: Mapping[str, Any] = {name: variable.law for name, variable in problem.dispersions.variables.items()}
         self._counts = {name: law.uniforms for name, law in laws.items()}
@@ -155,14 +156,14 @@ class WorstCaseSearch:
         draws, drawn = self._draws(np.vstack([z, np.repeat(z[:1], LANES - len(z), axis=0)]))
         horizon = self.problem.spec.horizon
         came = tables.outcomes(self._flyer.fly(drawn, horizon.steps, STRETCH, device=devices()[0]), horizon.duration_s)
-        frame = pd.DataFrame(came | {f"draw.{name}": values for name, values in draws.values.items()})
+        frame = pd.DataFrame(came | {draw_column(name): values for name, values in draws.values.items()})
         margins = np.where(self._exist(draws), self.margins(frame), math.inf)
         return [
             Case(
                 z[row],
                 float(margins[row]),
                 {name: float(values[row]) for name, values in draws.values.items()},
-                {name: float(came[f"metric.{name}"][row]) for name in self.problem.metric_columns},
+                {name: float(came[metric_column(name)][row]) for name in self.problem.metric_columns},
                 str(came["outcome"][row]),
             )
             for row in range(len(z))
@@ -193,7 +194,7 @@ class WorstCaseSearch:
         if case.outcome == "not_finite" or not math.isfinite(case.margin):
             return None
         if self.requirement.metric != "captured":
-            return self._reading.column.removeprefix("metric.")
+            return self._reading.column.removeprefix(METRIC)
         names = ("window_position_error_m", "window_attitude_error_deg")
         falls = [self.margins(case.frame({name: 1.01 * case.values[name]}))[0] for name in names]
         return names[int(np.argmin(falls))]
@@ -222,17 +223,16 @@ class WorstCaseSearch:
     def margins(self, frame: pd.DataFrame) -> Values:
         """(n,) margins of flights; NaN of a flight that was lost."""
         one, capture = self.requirement, self.problem.spec.capture
-        position = frame["metric.window_position_error_m"].to_numpy(dtype=float) / capture.position_m
+        position = frame[metric_column("window_position_error_m")].to_numpy(dtype=float) / capture.position_m
         if one.metric == "captured":
             turn = (
-                np.tan(np.radians(frame["metric.window_attitude_error_deg"].to_numpy(dtype=float)) / 4.0) / capture.attitude_mrp
+                np.tan(np.radians(frame[metric_column("window_attitude_error_deg")].to_numpy(dtype=float)) / 4.0)
+                / capture.attitude_mrp
             )
             margin = -np.log10(np.maximum(np.maximum(position, turn), 1e-12))
         else:
             x = self._reading.values(frame, self._columns)
-            limit = one.below if one.below is not None else one.above
-            assert limit is not None, "a requirement on a metric has a side"
-            sign = 1.0 if one.below is not None else -1.0
+            limit, sign = self._reading.bound.value, self._reading.bound.sign
             never = -1.0 - np.log10(1.0 + np.where(np.isfinite(position), position, FLAT))
             margin = np.where(np.isinf(x), sign * np.sign(x) * never, sign * (limit - x) / (abs(limit) or 1.0))
             margin = -margin if one.at_most is not None else margin

@@ -15,7 +15,7 @@ from rvjax.campaign import Quantity, Spec
 from rvjax.campaign.draw_names import Names, covers
 from rvjax.campaign.law_words import in_words
 from rvjax.campaign.variables import Variable
-from rvjax.columns import ALEATORY, EPISTEMIC, Column
+from rvjax.columns import ALEATORY, EPISTEMIC, Column, draw_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.components.samplers.copula import Correlated, Group
 from rvjax.components.samplers.interface import PLACE, Points, Sampler, Samples, Scheme, Setting
@@ -118,9 +118,9 @@ def _columns(spec: Spec, drawn: Mapping[str, Variable], again: Iterable[Retry]) 
         law = in_words(variable.law) + (", correlated" if variable.name in correlated else "")
         for name in variable.draws:
             kind = EPISTEMIC if any(covers(one, name) for one in spec.epistemic) else ALEATORY
-            found[name] = Column(f"draw.{name}", variable.unit, variable.doc, kind=kind, law=law)
+            found[name] = Column(draw_column(name), variable.unit, variable.doc, kind=kind, law=law)
     for path in (f"{body.path}.rejected" for retry in again for body in retry.bodies):
-        found[path] = Column(f"draw.{path}", "1", "draws before this one that no body can have")
+        found[path] = Column(draw_column(path), "1", "draws before this one that no body can have")
     return found
 
 

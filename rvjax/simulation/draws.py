@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rvjax.campaign import Quantity
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.schedule import Schedule
-from rvjax.columns import Column
+from rvjax.columns import Column, draw_column
 from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.samplers.interface import Points
 from rvjax.physics.dynamics import MU_EARTH
@@ -136,7 +136,7 @@ class Draws:
         """Makes it a column of the table."""
         self.values[name] = values
         known = self.meanings.get(name, Column(name, unit, doc))
-        self.columns[name] = Column(f"draw.{name}", unit, doc, kind=known.kind, law=known.law)
+        self.columns[name] = Column(draw_column(name), unit, doc, kind=known.kind, law=known.law)
 
     @classmethod
     def of(

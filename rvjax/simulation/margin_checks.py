@@ -10,13 +10,11 @@ from rvjax.campaign import Quantity, Source
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.formula import MOST_SUGGESTIONS, Formula, Junction, Predicate, Reader, Until, parts_of, walk
 from rvjax.campaign.plain_values import shorten
+from rvjax.columns import SIGNAL
 from rvjax.components.controllers.interface import Controller
 from rvjax.errors import Finding
 from rvjax.simulation.signals import Signal, derived, recorded, reported
 from rvjax.simulation.temporal_margins import unit
-
-OWN = "ctl."
-"""Beginning of the names of a controller's signals."""
 
 ControllerChoice = tuple[Controller, Mapping[str, Quantity]]
 """A law, and the gains that it gets."""
@@ -65,8 +63,8 @@ class AvailableSignals:
             lacking = [other for other, theirs in self.baselines.items() if name not in theirs]
             found = f"{said} is no signal of the baseline {', '.join(lacking)}"
             return (found, "accepted: a signal of every controller that flies") if lacking else None
-        if name.startswith(OWN):
-            own = [one for one in self.signals if one.startswith(OWN)]
+        if name.startswith(SIGNAL):
+            own = [one for one in self.signals if one.startswith(SIGNAL)]
             return (f"{said} is no signal of the controller", _nearest(name, own, few)) if self.known else None
         if name.startswith("seen_") and name in recorded({}, {}, True, 0):
             return f"{said} is not recorded: there is no navigation", f"accepted: {name.removeprefix('seen_')}, the true one"

@@ -24,7 +24,7 @@ import jax
 import jax.numpy as jnp
 
 from rvjax.campaign import Quantity
-from rvjax.columns import AXES, CHANNELS, Column
+from rvjax.columns import AXES, CHANNELS, SIGNAL, Column
 from rvjax.components.controllers.interface import WRENCH, Controller
 from rvjax.physics.state import Measurement, Motion, Numbers, Step, TargetMotion
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, dot, each, largest, norm
@@ -56,7 +56,7 @@ def recorded(meanings: Mapping[str, Column], values: Mapping[str, Any], measured
     for name, meaning in meanings.items():
         for suffix in _parts(values[name]):
             unit = unit_of(suffix[1:]) if meaning.unit == WRENCH else meaning.unit
-            column = Column(f"ctl.{name}{suffix}", unit, f"{meaning.description}, a signal of the controller")
+            column = Column(f"{SIGNAL}{name}{suffix}", unit, f"{meaning.description}, a signal of the controller")
             signals.append(Signal(column, lambda step, name=name, suffix=suffix: _parts(step.report.signals[name])[suffix]))
     return {signal.column.name: signal for signal in signals}
 
@@ -89,12 +89,12 @@ def _wrenches() -> list[Signal]:
         "cmd": ("commanded wrench h(v), in P", lambda step: step.commanded),
         "applied": ("wrench behind the faults, before the disturbance, in P", lambda step: step.applied),
         "dist": ("disturbance wrench, in P", lambda step: step.disturbance),
-        "ctl.v": ("command v before the saturation", lambda step: step.command),
-        "ctl.chi": ("Nussbaum argument", lambda step: step.report.chi),
+        f"{SIGNAL}v": ("command v before the saturation", lambda step: step.command),
+        f"{SIGNAL}chi": ("Nussbaum argument", lambda step: step.report.chi),
     }
     return [
         Signal(
-            Column(f"{form}_{channel}", "1" if form == "ctl.chi" else unit_of(channel), text),
+            Column(f"{form}_{channel}", "1" if form == f"{SIGNAL}chi" else unit_of(channel), text),
             lambda step, get=get, i=i: get(step).parts()[i],
         )
         for form, (text, get) in wrenches.items()

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax.columns import CHANNELS, Column
+from rvjax.columns import CHANNELS, Column, draw_column, metric_column
 from rvjax.physics.state import Step
 from rvjax.simulation.batch import Flown
 from rvjax.simulation.draws import Draws
@@ -42,11 +42,11 @@ def samples_table(problem: Problem, draws: Draws, flown: Flown, rows: slice) -> 
     results = outcomes(flown, problem.spec.horizon.duration_s)
     frame = pd.DataFrame(
         {"sample": draws.samples[rows], **{name: results[name][rows] for name in ("outcome", OUTCOME_TIME.name)}}
-        | {f"draw.{name}": array[rows] for name, array in draws.values.items()}
-        | {f"metric.{name}": results[f"metric.{name}"][rows] for name in problem.metric_columns}
+        | {draw_column(name): array[rows] for name, array in draws.values.items()}
+        | {metric_column(name): results[metric_column(name)][rows] for name in problem.metric_columns}
     )
-    columns = {OUTCOME_TIME.name: OUTCOME_TIME} | {f"draw.{name}": column for name, column in draws.columns.items()}
-    return frame, columns | {f"metric.{name}": column for name, column in problem.metric_columns.items()}
+    columns = {OUTCOME_TIME.name: OUTCOME_TIME} | {draw_column(name): column for name, column in draws.columns.items()}
+    return frame, columns | {metric_column(name): column for name, column in problem.metric_columns.items()}
 
 
 def outcomes(flown: Flown, duration_s: float | NDArray[np.float64]) -> dict[str, NDArray[Any]]:
@@ -58,7 +58,7 @@ def outcomes(flown: Flown, duration_s: float | NDArray[np.float64]) -> dict[str,
     return {
         "outcome": np.where(finite, np.where(captured, "captured", "not_settled"), "not_finite"),
         OUTCOME_TIME.name: np.where(finite, np.where(captured, settled, duration_s), flown.lost_s),
-    } | {f"metric.{name}": np.where(finite, array, lost[name]) for name, array in values.items()}
+    } | {metric_column(name): np.where(finite, array, lost[name]) for name, array in values.items()}
 
 
 def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np.int64], rows: slice) -> pd.DataFrame:

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.columns import Column, metric_and_channel
+from rvjax.columns import DRAW, METRIC, Column, draw_column, metric_and_channel, metric_column
 from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rvjax.campaign import Requirement
+    from rvjax.campaign.bound import Bound
 
 
 ANY = "any"
@@ -37,6 +38,15 @@ class RequirementEvaluator:
         return self._column
 
     @property
+    def bound(self) -> Bound:
+        """The bound on the metric. UsageError where the requirement has none."""
+        bound = self.requirement.bound
+        if bound is None:
+            start = f"{name(self.requirement)}: nothing to compare {self.requirement.metric} with"
+            raise UsageError(f"{start}; accepted: below or above")
+        return bound
+
+    @property
     def of_metric(self) -> bool:
         """Whether it is on a metric; else on the outcome."""
         return bool(self._column)
@@ -44,7 +54,7 @@ class RequirementEvaluator:
     def columns(self, names: Sequence[str]) -> list[str]:
         """The columns that it needs besides `sample` and `outcome`; UsageError where they are not among these."""
         self._column = column_of(self.requirement, names)
-        draws = [f"draw.{draw}" for draw in self.requirement.where]
+        draws = [draw_column(draw) for draw in self.requirement.where]
         for column in draws:
             self._known(column, names)
         return [*([self._column] if self._column else []), *draws]
@@ -66,26 +76,19 @@ class RequirementEvaluator:
         """Which values comply (NaN never does)."""
         if not self._column:
             return values == 1.0
-        found = self._beyond(values)
-        return ~found & ~np.isnan(values) if self.requirement.at_most is not None else found
-
-    def _beyond(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
-        if self.requirement.below is not None:
-            return values < self.requirement.below
-        if self.requirement.above is not None:
-            return values > self.requirement.above
-        raise UsageError(f"{name(self.requirement)}: nothing to compare {self.requirement.metric} with; accepted: below or above")
+        met = self.bound.met_by(values)
+        return ~met & ~np.isnan(values) if self.requirement.at_most is not None else met
 
     def _known(self, column: str, names: Collection[str]) -> None:
         if column not in names:
-            draw = column.removeprefix("draw.")
+            draw = column.removeprefix(DRAW)
             raise UsageError(f"{name(self.requirement)}: where: no draw {draw!r} in the table; accepted: the name of a draw")
 
     def chosen(self, frame: pd.DataFrame) -> NDArray[np.bool_]:
         """(n,) Whether a sample is of the class. UsageError where the table lacks a draw of it."""
         chosen = np.ones(len(frame), dtype=bool)
         for draw, condition in self.requirement.where.items():
-            column = f"draw.{draw}"
+            column = draw_column(draw)
             self._known(column, list(frame.columns))
             x = np.asarray(frame[column], dtype=float)
             for bound, holds in (
@@ -103,8 +106,8 @@ def column_of(requirement: Requirement, columns: Sequence[str]) -> str:
     metric, channel = requirement.metric, requirement.channel
     if metric == "captured" and channel is None:
         return ""
-    start = f"metric.{metric}"
-    known = [metric_and_channel(one.removeprefix("metric.")) for one in columns if one.startswith("metric.")]
+    start = metric_column(metric)
+    known = [metric_and_channel(one.removeprefix(METRIC)) for one in columns if one.startswith(METRIC)]
     channels = [own for metric_name, own in known if metric_name == metric and own]
     if channel is None and start in columns:
         return start

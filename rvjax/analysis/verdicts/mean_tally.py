@@ -53,7 +53,7 @@ class MeanTally:
         low, high = requirement.range or (-math.inf, math.inf)
         bad = ~np.isfinite(values)
         self._lost += int(np.count_nonzero(bad))
-        values = np.where(bad, high if requirement.below is not None else low, values)
+        values = np.where(bad, high if self.reading.bound.side == "below" else low, values)
         self._outside += int(np.count_nonzero((values < low) | (values > high)))
         if not values.size:
             return
@@ -74,13 +74,12 @@ class MeanTally:
     def verdict(self) -> Verdict:
         """What the samples taken in so far say."""
         requirement = self.requirement
-        limit = requirement.below if requirement.below is not None else requirement.above
-        assert limit is not None, "checked on loading"
-        estimate = self._estimate()
-        good = estimate.high < limit if requirement.below is not None else estimate.low > limit
-        bad = estimate.low >= limit if requirement.below is not None else estimate.high <= limit
+        bound, estimate = self.reading.bound, self._estimate()
+        limit = bound.value
+        good = estimate.high < limit if bound.side == "below" else estimate.low > limit
+        bad = estimate.low >= limit if bound.side == "below" else estimate.high <= limit
         word: Word = "UNDECIDED" if self._outside or not estimate.n else "PASS" if good else "FAIL" if bad else "UNDECIDED"
-        text = sentences.of_mean(requirement, estimate, self.reading.unit, self._outside, self._lost)
+        text = sentences.of_mean(requirement, bound, estimate, self.reading.unit, outside=self._outside, lost=self._lost)
         return Verdict(
             requirement, word, self._complying, estimate.n, limit, estimate, None, None, f"{word}: {text}", self.reading.unit
         )

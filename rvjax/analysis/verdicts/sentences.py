@@ -10,6 +10,7 @@ from rvjax.analysis.verdicts.verdict import Evidence
 
 if TYPE_CHECKING:
     from rvjax.campaign import Requirement
+    from rvjax.campaign.bound import Bound
     from rvjax.stats import Estimate
 
 MANY = 10**9
@@ -57,17 +58,16 @@ def of_share(requirement: Requirement, successes: int, share: Estimate, quantity
     return text
 
 
-def of_mean(requirement: Requirement, mean: Estimate, unit: str, outside: int, lost: int) -> str:
+def of_mean(requirement: Requirement, bound: Bound, mean: Estimate, unit: str, *, outside: int, lost: int) -> str:
     """The mean, its bounds and what is required."""
     low, high = number(mean.low, unit, ROUND_FLOOR), number(mean.high, unit, ROUND_CEILING)
     confidence = f"with {100 * mean.confidence:.6g} % confidence"
     if requirement.range is None:
         confidence += " (approximate: its range is not stated)"
-    side, value = _side(requirement)
     text = (
         f"{_start(requirement)}mean of {_metric(requirement)} over {mean.n} samples{_of_class(requirement)}: "
         f"{number(mean.value, unit)}; at least {low} and at most {high}, each {confidence}; "
-        f"required is {side} {number(value, unit)}."
+        f"required is {bound.side} {number(bound.value, unit)}."
     )
     if lost:
         text += f" {lost} that ended not finite count as the worst value."
@@ -116,16 +116,10 @@ def _metric(requirement: Requirement) -> str:
     return requirement.metric + (f" ({requirement.channel})" if requirement.channel else "")
 
 
-def _side(requirement: Requirement) -> tuple[str, float]:
-    return ("below", requirement.below) if requirement.below is not None else ("above", requirement.above or 0.0)
-
-
 def condition(requirement: Requirement, unit: str) -> str:
     """settling_time_s below 200 s."""
-    if requirement.below is None and requirement.above is None:
-        return _metric(requirement)
-    side, value = _side(requirement)
-    return f"{_metric(requirement)} {side} {number(value, unit)}"
+    bound = requirement.bound
+    return _metric(requirement) + (f" {bound.side} {number(bound.value, unit)}" if bound else "")
 
 
 def _of_class(requirement: Requirement) -> str:

@@ -61,7 +61,7 @@ class ShareTally:
         self._chunks |= {first: (rows, of_class, complying) for first, (rows, of_class, complying) in found}
         values = values[chosen]
         if self.reading.of_metric and self.requirement.quantile is not None:
-            worst = math.inf if self.requirement.below is not None else -math.inf
+            worst = self.reading.bound.worst
             self._waiting.append(np.where(np.isnan(values), worst, values))
         if len(self._waiting) >= AT_ONCE:
             self._take_in()

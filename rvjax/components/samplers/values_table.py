@@ -18,10 +18,10 @@ import numpy as np
 from rvjax.campaign import Model, Series, series
 from rvjax.campaign.problems import Problem
 from rvjax.campaign.variables import Variable
+from rvjax.columns import DRAW
 from rvjax.components.samplers.interface import PLACE, Samples, Sampling, Scheme, Setting, Streams, Values
 from rvjax.stats.sampling_design import Exploration
 
-PREFIX = "draw."
 NORM = 1e-9
 """How far the norm of a vector may be above its radius, relative: digits that a table leaves out."""
 
@@ -49,7 +49,7 @@ class Plan:
 def scheme(parameters: Parameters) -> Scheme:
     """What the table makes."""
     table = parameters.table
-    columns = {name.removeprefix(PREFIX): np.array(values) for name, values in zip(table.names, table.values, strict=True)}
+    columns = {name.removeprefix(DRAW): np.array(values) for name, values in zip(table.names, table.values, strict=True)}
 
     def wrong(setting: Setting) -> Iterable[Problem]:
         known = {name: setting.names.draw(name) for name in columns}

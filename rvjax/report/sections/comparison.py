@@ -5,6 +5,7 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 
 from rvjax.analysis.run_totals import Totals
+from rvjax.columns import metric_column
 from rvjax.report import plotting
 from rvjax.report.blocks import Cell, Drawing, Number, Section, Table
 from rvjax.report.number_format import count, label, percent, spoken
@@ -60,7 +61,7 @@ def _captured(run: Run, name: str, totals: Totals) -> Number:
 
 def _quantile(run: Run, name: str, totals: Totals, metric: str, q: float) -> Cell:
     estimate = run.design.quantile(totals.metrics[metric], q, CONFIDENCE)
-    unit = totals.columns[f"metric.{metric}"].unit
+    unit = totals.columns[metric_column(metric)].unit
     return Number(f"comparison.{name}.{metric}.q{q * 100:g}", estimate, unit, percent=metric.startswith("saturation_duty"))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rvjax.columns import ALEATORY, EPISTEMIC, Column
+from rvjax.columns import ALEATORY, EPISTEMIC, Column, draw_column
 from rvjax.report.blocks import Cell, Code, Section, Table
 from rvjax.report.number_format import capital, count, quantity
 from rvjax.report.run_view import REJECTED, Run
@@ -28,7 +28,7 @@ def section(run: Run) -> Section:
 
 
 def _column(run: Run, path: str) -> Column:
-    return run.totals.columns[f"draw.{path}"]
+    return run.totals.columns[draw_column(path)]
 
 
 def _table(run: Run, kind: str, paths: list[str]) -> Table:

@@ -90,11 +90,11 @@ def _required(axis: Axes, run: Run, name: str, colour: str) -> None:
     """Dashed lines at the limits that the campaign requires of the metric."""
     for verdict in run.verdicts:
         requirement = verdict.requirement
-        bound = requirement.below if requirement.below is not None else requirement.above
+        bound = requirement.bound
         if requirement.metric == name and bound is not None:
             share = requirement.at_least if requirement.at_least is not None else requirement.quantile
-            side = "below" if requirement.below is not None else "above"
-            plotting.limit(axis, bound, f"required: {percent(share or 0.0)} {side} {setting(bound)}", colour)
+            text = f"required: {percent(share or 0.0)} {bound.side} {setting(bound.value)}"
+            plotting.limit(axis, bound.value, text, colour)
 
 
 def _band(run: Run) -> str:

@@ -115,15 +115,15 @@ def requirement_words(run: Run, requirement: Requirement) -> str:
     """settling time: 95 % of samples below 200 s."""
     what = label(requirement.metric) + (f", {channel(requirement.channel)}" if requirement.channel else "")
     what += "".join(f", where {draw} {condition}" for draw, condition in requirement.where.items())
-    side, bound = ("below", requirement.below) if requirement.below is not None else ("above", requirement.above)
+    bound = requirement.bound
     if bound is None:
         return f"{what}: at least {percent(requirement.limit)} of samples"
     unit, in_percent = _unit(run, requirement)
-    value = percent(bound) if in_percent else f"{setting(bound)} {prefixed(math.inf, unit)[1]}".strip()
+    value = percent(bound.value) if in_percent else f"{setting(bound.value)} {prefixed(math.inf, unit)[1]}".strip()
     if requirement.quantile is not None:
-        return f"{what}: {percent(requirement.quantile)} quantile {side} {value}"
+        return f"{what}: {percent(requirement.quantile)} quantile {bound.side} {value}"
     if requirement.mean:
-        return f"{what}: mean {side} {value}"
+        return f"{what}: mean {bound.side} {value}"
     if requirement.at_most is not None:
-        return f"{what} {side} {value}: at most {percent(requirement.at_most)} of samples"
-    return f"{what} {side} {value}: at least {percent(requirement.limit)} of samples"
+        return f"{what} {bound.side} {value}: at most {percent(requirement.at_most)} of samples"
+    return f"{what} {bound.side} {value}: at least {percent(requirement.limit)} of samples"

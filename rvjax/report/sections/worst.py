@@ -8,6 +8,7 @@ import shlex
 import numpy as np
 from numpy.typing import NDArray
 
+from rvjax.columns import draw_column, metric_column
 from rvjax.report.blocks import Cell, Code, Mark, Section, Table
 from rvjax.report.number_format import label, number, quantity
 from rvjax.report.run_view import Run, is_share
@@ -49,7 +50,7 @@ def _replay(run: Run, row: int) -> tuple[Cell, ...]:
 
 def _value(run: Run, name: str, row: int) -> str:
     """The recorded value; an observation has no interval."""
-    value = float(run.totals.worst[f"metric.{name}"].iloc[row])
+    value = float(run.totals.worst[metric_column(name)].iloc[row])
     if math.isnan(value):
         return "–"
     return f"{number(100 * value)} %" if is_share(name) else quantity(value, run.column(name).unit)
@@ -57,10 +58,10 @@ def _value(run: Run, name: str, row: int) -> str:
 
 def _extreme_draws(run: Run, row: int, drawn: dict[str, NDArray[np.float64]]) -> str:
     """The draws whose rank is furthest from the median: path = value unit (p99)."""
-    values = {path: float(run.totals.worst[f"draw.{path}"].iloc[row]) for path in drawn}
+    values = {path: float(run.totals.worst[draw_column(path)].iloc[row]) for path in drawn}
     ranks = {path: _rank(x, values[path]) for path, x in drawn.items()}
     far = sorted(ranks, key=lambda path: -abs(ranks[path] - 0.5))[:_EXTREME_DRAWS]
-    words = {path: quantity(values[path], run.totals.columns[f"draw.{path}"].unit) for path in far}
+    words = {path: quantity(values[path], run.totals.columns[draw_column(path)].unit) for path in far}
     return "; ".join(f"{path} = {words[path]} (p{100 * ranks[path]:.1f})" for path in far)
 
 

@@ -22,7 +22,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from rvjax.campaign.tuning_parameters import Value
-from rvjax.columns import Column
+from rvjax.columns import Column, draw_column, metric_column
 from rvjax.components.search_methods.interface import Spent
 from rvjax.errors import CampaignError, FolderError
 from rvjax.execution.chunks import STRETCH
@@ -38,7 +38,7 @@ from rvjax.simulation.problem import Problem
 CANDIDATE = Column("search.candidate", "", "number of the candidate; 0: the campaign as it is")
 SAMPLE = Column("search.sample", "", "number of the sample of the search that it flew")
 VALUES = Column("search.values", "", "of the candidate's values: the beginning of their SHA-256, as a number")
-ALWAYS = ("metric.captured",)
+ALWAYS = (metric_column("captured"),)
 
 Row = tuple[int, int]
 """A candidate and a sample."""
@@ -198,7 +198,7 @@ class Flights:
         flown = self._flyer(problem, jax.tree.structure(drawn)).fly(drawn, problem.spec.horizon.steps, STRETCH, device=place)
         duration = np.concatenate([np.full(len(samples), problem.spec.horizon.duration_s) for problem, samples in parts])
         came = tables.outcomes(flown, duration)
-        own = {f"draw.{name}": [own.values[name] for own, _ in draws] for name in draws[0][0].values}
+        own = {draw_column(name): [own.values[name] for own, _ in draws] for name in draws[0][0].values}
         came |= {name: np.concatenate(values) for name, values in own.items() if name in self._columns}
         frame = pd.DataFrame(
             {
@@ -210,8 +210,8 @@ class Flights:
             }
             | {name: came[name] for name in self._columns}
         )
-        known = {f"metric.{name}": column for name, column in problem.metric_columns.items()}
-        known |= {f"draw.{name}": column for name, column in draws[0][0].columns.items()}
+        known = {metric_column(name): column for name, column in problem.metric_columns.items()}
+        known |= {draw_column(name): column for name, column in draws[0][0].columns.items()}
         columns = {one.name: one for one in (CANDIDATE, VALUES, SAMPLE)} | {name: known[name] for name in self._columns}
         return DataFile.of(Key("samples", number), frame, columns, self._folder.digest)
 

@@ -40,7 +40,7 @@ from scipy import special
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.campaign import Requirement
 from rvjax.campaign.tuning import Goal, Objective
-from rvjax.columns import Column
+from rvjax.columns import Column, metric_column
 from rvjax.stats import clopper_pearson_lower, mcnemar, verdict_chances
 from rvjax.stats.pareto import Score
 
@@ -70,7 +70,7 @@ class Measure:
     @classmethod
     def of(cls, objective: Objective, columns: Mapping[str, Column]) -> Measure:
         """The objective on these columns `metric.<name>`."""
-        start = f"metric.{objective.metric}"
+        start = metric_column(objective.metric)
         column = start if start in columns else f"{start}.{objective.channel or 'any'}"
         about = columns[column]
         largest = objective.sense == "largest" if objective.sense else about.better == "higher"
@@ -84,9 +84,9 @@ class Measure:
         """(n,) the smaller the better; for a probability whether a sample does not comply."""
         x = frame[self.column].to_numpy(dtype=float)
         lost = (frame["outcome"] == "not_finite").to_numpy() | np.isnan(x)
-        one = self.objective
-        if one.probability:
-            complies = x > 0.5 if one.metric == "captured" else x < one.below if one.below is not None else x > one.above
+        if self.objective.probability:
+            bound = self.objective.bound
+            complies = bound.met_by(x) if bound else x > 0.5
             return np.where(complies & ~lost, 0.0, 1.0)
         return np.where(lost, np.inf, -x if self.largest else x)
 
@@ -122,9 +122,7 @@ class Measure:
         one = self.objective
         name = one.metric + (f" ({one.channel})" if one.channel else "")
         if one.probability:
-            side = (
-                "" if one.metric == "captured" else f" below {one.below:g}" if one.below is not None else f" above {one.above:g}"
-            )
+            side = f" {one.bound.side} {one.bound.value:g}" if one.bound else ""
             return f"share with {name}{side}"
         if one.quantile is not None:
             return f"{one.quantile:g} quantile of {name}"
@@ -204,11 +202,10 @@ class Judge:
             return 0.0
         if not requirement.mean:
             return max(share - float(np.mean(reading.comply(values))), 0.0)
-        limit = requirement.below if requirement.below is not None else requirement.above
-        assert limit is not None, "a mean has a side"
+        bound = reading.bound
         mean = math.inf if np.isnan(values).any() else float(np.mean(values))
-        excess = mean - limit if requirement.below is not None or math.isinf(mean) else limit - mean
-        return max(excess, 0.0) / max(abs(limit), 1e-12)
+        excess = mean if math.isinf(mean) else bound.excess(mean)
+        return max(excess, 0.0) / max(abs(bound.value), 1e-12)
 
     def p_worse(self, frame: pd.DataFrame, better: pd.DataFrame) -> float:
         """p-value of pairs against: the first is not worse than the second, which has the better score."""
@@ -238,9 +235,7 @@ class Judge:
             return clopper_pearson_lower(int(np.sum(reading.comply(values))), len(values), CONFIDENCE) >= requirement.limit
         if len(values) < 2 or not np.isfinite(values).all():
             return False
-        limit = requirement.below if requirement.below is not None else requirement.above
-        assert limit is not None, "a mean has a side"
-        off = float(np.mean(values)) - limit if requirement.below is not None else limit - float(np.mean(values))
+        off = reading.bound.excess(float(np.mean(values)))
         deviation = float(np.std(values, ddof=1)) / math.sqrt(len(values))
         return float(special.stdtr(len(values) - 1, off / deviation)) <= 1.0 - CONFIDENCE if deviation > 0.0 else off <= 0.0
 
@@ -256,7 +251,7 @@ class Judge:
             both = reading.chosen(frame) & reading.chosen(better)
             x, y = (reading.values(one, {})[both] for one in (frame, better))
             if requirement.mean:
-                sign = 1.0 if requirement.below is not None else -1.0
+                sign = reading.bound.sign
                 found.append(_p_means(*(np.where(np.isnan(one), np.inf, sign * one) for one in (x, y))))
             else:
                 found.append(_p_counts(~reading.comply(x), ~reading.comply(y)))

@@ -24,6 +24,7 @@ from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.plain_values import describe
 from rvjax.campaign.tuning import Tuning
 from rvjax.campaign.tuning_parameters import Log, is_free
+from rvjax.columns import draw_column, metric_column
 from rvjax.components.registry import component, members
 from rvjax.components.samplers import sampling_design_of
 from rvjax.components.search_methods.interface import Method, Task
@@ -119,7 +120,7 @@ def plan(spec: Spec) -> str:
 
 
 def _columns(space: Space) -> Mapping[str, Any]:
-    return {f"metric.{name}": column for name, column in space.problem.metric_columns.items()}
+    return {metric_column(name): column for name, column in space.problem.metric_columns.items()}
 
 
 def tune(
@@ -161,7 +162,7 @@ def tune(
     with folder:
         seeds = (f"seed={seed}", f"tune.seed={seed}", f"tune.confirm.seed={_fresh(spec)}")
         space = first.of_search(place / CAMPAIGN, *seeds)
-        names = [*_columns(space), *(f"draw.{name}" for name in (*space.problem.dispersions.columns, *counted(spec)))]
+        names = [*_columns(space), *(draw_column(name) for name in (*space.problem.dispersions.columns, *counted(spec)))]
         most = float("inf") if tuning.budget.flights is None else tuning.budget.flights
         flights = Flights(space, folder, judge.columns(names), most)
         slopes = Slopes(space, tuning, flights) if method.gradient else None
