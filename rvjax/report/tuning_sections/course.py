@@ -38,9 +38,14 @@ def section(search: Searched) -> Section:
         if points:
             axis.scatter(*zip(*points, strict=True), s=size, color=colour, alpha=alpha, lw=0, label=name)
     line = best_so_far(search)
+    rule = ""
     if line and search.goal != "pareto":
         x, y = zip(*[(number, plotted(search, 0, value)) for number, value in line], strict=True)
         axis.step([*x, max(len(rows), x[-1])], [*y, y[-1]], where="post", color=plotting.INK, lw=1.2, label="best so far")
+        rule = (
+            f" The best so far is among the candidates that flew all {count(search.cost.sizes[-1])} samples; a smaller violation "
+            "of the requirements comes first."
+        )
     values = [plotted(search, 0, row.objectives[0]) for row in rows if math.isfinite(row.objectives[0])]
     original = search.row[ORIGINAL].objectives[0]
     if math.isfinite(original):
@@ -54,8 +59,7 @@ def section(search: Searched) -> Section:
     infinite = f" Not drawn: {count(lost)} candidates without a finite value." if lost else ""
     caption = (
         "Each value is over the samples that the candidate has flown. Eliminated candidates flew few samples, so their values "
-        f"scatter. The best so far is among the candidates that flew all {count(search.cost.sizes[-1])} samples; a smaller "
-        f"violation of the requirements comes first.{infinite}"
+        f"scatter.{rule}{infinite}"
     )
     return Section("course", "Progress of the search", _lead(search), (Drawing("tuning-course", caption, figure),))
 
