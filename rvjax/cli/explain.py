@@ -22,6 +22,6 @@ def command(
     for page in pages:
         output.text(f"{page.name}  ({page.family}, from {page.origin})", "", page.text, "")
         if page.rows:
-            output.table(("key", "accepted", "default", "meaning"), page.rows)
+            output.table(page.headings, page.rows)
     output.document({"pages": [vars(page) for page in pages]})
     return 0

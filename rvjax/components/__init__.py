@@ -1,1 +1,1 @@
-"""Components: the plug-in families. A family is a package; a member is one file and one line in the family's table."""
+"""Components: the plug-in families. A family is a package; each member is a file and a line in the family's `MEMBERS`."""

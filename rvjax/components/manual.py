@@ -1,4 +1,4 @@
-"""Manual pages of the components, and the JSON Schema of a campaign file: written where the component is, read here."""
+"""Manual pages and the JSON Schema of a campaign file, read from the docstrings and parameters of the components."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, get_args
 
+from pydantic.fields import FieldInfo
+
 from rvjax.campaign import Model, Spec, units
 from rvjax.campaign.distribution_notation import forms
+from rvjax.campaign.fields import declared
 from rvjax.campaign.json_schema import schema
 from rvjax.components.registry import FAMILIES, FAMILY_OF, Component, component, members, module_of
 from rvjax.errors import UsageError
 from rvjax.physics import saturation
 from rvjax.physics.saturation import SATURATIONS
 
-HERE = "rvjax"
+PACKAGE = "rvjax"
 
 CHAPTERS = {
     "dynamics": "physics.dynamics",
@@ -36,12 +39,12 @@ CHAPTERS = {
     "margins": "simulation.temporal_margins",
     "signals": "simulation.signals",
 }
-"""Name of a page → the module whose docstring it shows: modules with equations that belong to no family."""
+"""Name of a page → the module whose docstring it shows. These modules hold equations and belong to no family."""
 
 
 @dataclass(frozen=True)
 class Page:
-    """text: equations, meaning, source. rows: (key, accepted, default, meaning) of the parameters, or columns of a metric."""
+    """A manual page. origin: module; text: equations, meaning, source; rows: cells below `headings`."""
 
     family: str
     name: str
@@ -54,9 +57,14 @@ class Page:
         """The first line of the text."""
         return self.text.partition("\n")[0]
 
+    @property
+    def headings(self) -> tuple[str, str, str, str]:
+        """Headings of the rows: the columns of a metric, or the parameters of anything else."""
+        return ("column", "unit", "better", "meaning") if self.family == "metrics" else ("key", "unit", "default", "meaning")
+
 
 def components() -> Iterator[tuple[str, str, str]]:
-    """(family, name, where it comes from) of every component."""
+    """(family, name, module) of every component."""
     for family in FAMILIES:
         for name, origin in members(family).items():
             yield family, name, origin
@@ -65,56 +73,58 @@ def components() -> Iterator[tuple[str, str, str]]:
 
 
 def page(family: str, name: str) -> Page:
-    """The manual page of one component."""
+    """The manual page of a component."""
     if family == "saturation":
         return Page(family, name, saturation.__name__, inspect.getdoc(SATURATIONS[name]) or "", ())
     module = module_of(family, name)
-    found = component(family, name)
-    if isinstance(found, Component):
-        rows = tuple(_rows(found.parameters))
+    member = component(family, name)
+    if isinstance(member, Component):
+        rows = tuple(_rows(member.parameters))
     else:
-        rows = tuple((column.name, column.unit, column.better, column.description) for column in found.columns.values())
+        rows = tuple((column.name, column.unit, column.better, column.description) for column in member.columns.values())
     return Page(family, name, members(family)[name], inspect.getdoc(module) or "", rows)
 
 
 def pages_called(name: str) -> list[Page]:
     """Every page under a name: a component, a metric, a chapter of the model, a distribution, a section of the campaign file.
 
-    Errors: UsageError naming what is near.
+    Errors: UsageError with the nearest names.
     """
-    pages = [page(family, known) for family, known, _ in components()]
-    fields = {"campaign": Spec, **{key: info.annotation for key, info in Spec.keys().items()}}
-    section = fields.get(name)
-    found = [one for one in pages if name in (one.name, one.family)]
-    found += [one for one in pages if one.family == "metrics" and one not in found and _gives(one, name)]
+    all_pages = [page(family, member) for family, member, _ in components()]
+    pages = [member for member in all_pages if name in (member.name, member.family)]
+    pages += [member for member in all_pages if member not in pages and name in _metric_names(member)]
     if name in CHAPTERS:
-        origin = f"{HERE}.{CHAPTERS[name]}"
-        found.insert(0, Page("chapter", name, origin, inspect.getdoc(import_module(origin)) or "", ()))
-    laws = forms()
-    if name in laws:
-        form, law = laws[name]
-        found.append(Page("distribution", name, law.__module__, f"{form}\n\n{inspect.getdoc(law) or ''}", ()))
-    for form in (section, *get_args(section)):  # the second of several forms, and so on, has a page of its own
-        if inspect.isclass(form) and issubclass(form, Model):
-            found.append(Page("campaign file", name, HERE, inspect.getdoc(form) or "", tuple(_rows(form))))
-    if not found:
-        known = {one.name for one in pages} | fields.keys() | laws.keys() | CHAPTERS.keys()
-        known |= {row[0].partition(".")[0] for one in pages if one.family == "metrics" for row in one.rows}
-        near = ", ".join(difflib.get_close_matches(name, known, n=3))
-        raise UsageError(f"{name}: nothing is called so; {f'did you mean {near}?' if near else 'see `rvjax list`'}")
-    return found
+        origin = f"{PACKAGE}.{CHAPTERS[name]}"
+        pages.insert(0, Page("chapter", name, origin, inspect.getdoc(import_module(origin)) or "", ()))
+    distributions = forms()
+    if name in distributions:
+        notation, law = distributions[name]
+        pages.append(Page("distribution", name, law.__module__, f"{notation}\n\n{inspect.getdoc(law) or ''}", ()))
+    sections = {"campaign": Spec, **{key: info.annotation for key, info in Spec.keys().items()}}
+    section = sections.get(name)
+    for model in (section, *get_args(section)):  # a section with several forms has a page for each form
+        if inspect.isclass(model) and issubclass(model, Model):
+            pages.append(Page("campaign file", name, PACKAGE, inspect.getdoc(model) or "", tuple(_rows(model))))
+    if not pages:
+        names = {member.name for member in all_pages} | sections.keys() | distributions.keys() | CHAPTERS.keys()
+        nearest = ", ".join(difflib.get_close_matches(name, names.union(*map(_metric_names, all_pages)), n=3))
+        advice = f"did you mean {nearest}?" if nearest else "see `rvjax list`"
+        raise UsageError(f"{name}: no component or topic has this name; {advice}")
+    return pages
 
 
 def campaign_schema() -> dict[str, Any]:
-    """The JSON Schema of a campaign file, with the parameters of every component that is installed."""
+    """The JSON Schema of a campaign file, with the parameters of every installed component."""
     families: dict[str, Mapping[str, type[Model]]] = {
         section: {name: component(family, name).parameters for name in members(family)} for section, family in FAMILY_OF.items()
     }
     return schema(families | {"saturation": dict.fromkeys(SATURATIONS, Model)})
 
 
-def _gives(one: Page, metric: str) -> bool:
-    return any(metric in (row[0], row[0].partition(".")[0]) for row in one.rows)
+def _metric_names(page: Page) -> set[str]:
+    """Names of the columns on a metric's page, with and without the channel: saturation_duty.fx and saturation_duty."""
+    columns = {row[0] for row in page.rows} if page.family == "metrics" else set[str]()
+    return columns | {column.partition(".")[0] for column in columns}
 
 
 def _rows(model: type[Model], prefix: str = "") -> Iterator[tuple[str, str, str, str]]:
@@ -124,4 +134,10 @@ def _rows(model: type[Model], prefix: str = "") -> Iterator[tuple[str, str, str,
             yield from _rows(inner, f"{prefix}{key}.")
             continue
         default = "required" if info.is_required() else json.dumps(info.default, ensure_ascii=False)
-        yield f"{prefix}{key}", units.split(key)[1].name, default, info.description or ""
+        yield f"{prefix}{key}", _unit(key, info), default, info.description or ""
+
+
+def _unit(key: str, info: FieldInfo) -> str:
+    """The unit at the end of a key in words, else the symbol of the declared unit."""
+    unit, declaration = units.split(key)[1], declared(info)
+    return declaration.symbol if unit is units.NONE and declaration and declaration.symbol != unit.symbol else unit.name

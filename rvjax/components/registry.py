@@ -1,8 +1,8 @@
-"""Families of components: what there is under which name.
+"""Registry of the components, by family and name.
 
-A family is a package whose `MEMBERS` is a literal table from the name in a campaign to the module that holds the component as
-`COMPONENT`. Other installed packages add members through entry points of the group `rvjax.<family>`. A name that two of them
-claim is an error that names both.
+A family is a package. Its table `MEMBERS` maps each name in a campaign to a module, which holds the component as `COMPONENT`.
+Other installed packages add members through entry points of the group `rvjax.<family>`. Two components with the same name are an
+error.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ FAMILY_OF = {
 """Section of the campaign file → the family that its components come from."""
 
 _PACKAGES = {"searches": "search_methods"}
-"""Family → package in `rvjax.components`, where the two differ."""
+"""Family → package in `rvjax.components`, where the names differ."""
 
 P = TypeVar("P", bound=Model)
 
 
 @dataclass(frozen=True)
 class Component(Generic[P]):
-    """parameters: what a campaign may say. build(parameters) → the function or functions that fly.
+    """parameters: the model of its section in a campaign. build(parameters) → the functions that a flight calls.
 
-    noisy: its numbers hold `noise` as well, the key of a random stream of its own for every sample (`rvjax.physics.noise`).
+    noisy: its numbers also hold `noise`, the key of a random stream that is different in every sample (`rvjax.physics.noise`).
     """
 
     parameters: type[P]
@@ -49,25 +49,25 @@ class Component(Generic[P]):
 
 @cache
 def members(family: str) -> Mapping[str, str]:
-    """Name → where it comes from, in the order of the table; members of other packages after our own.
+    """Name → module, in the order of the table; members from other packages come last.
 
-    Looked up once: going through all installed packages for each component of a long file takes seconds.
-    Errors: UsageError if two packages claim one name.
+    Cached: searching all installed packages for each component of a long campaign takes seconds.
+    Errors: UsageError if two components have the same name.
     """
     table = dict(import_module(f"rvjax.components.{_PACKAGES.get(family, family)}").MEMBERS)
     for entry in entry_points(group=f"rvjax.{family}"):
         if entry.name in table:
             both = f"{table[entry.name]} and {entry.value}"
-            raise UsageError(f"two components claim the name {entry.name!r} in rvjax.{family}: {both}")
+            raise UsageError(f"two components have the name {entry.name!r} in rvjax.{family}: {both}")
         table[entry.name] = entry.value
     return table
 
 
 def module_of(family: str, name: str) -> Any:
-    """The module of a member; its docstring is the member's manual page."""
+    """The module of a member. Its docstring is the manual page."""
     return import_module(members(family)[name].partition(":")[0])
 
 
 def component(family: str, name: str) -> Any:
-    """The member `name`, which must exist: a `Component`, in the family of metrics a `Metric`."""
+    """The member `name`, which must exist: a `Metric` in the family of metrics, else a `Component`."""
     return module_of(family, name).COMPONENT

@@ -439,9 +439,9 @@ MUTANTS = (
     ),
     Mutant(
         "a step less of delay",
-        "components/navigation/delay.py",
-        "return memory[-1]",
-        "return memory[-2]",
+        "physics/delay_line.py",
+        "return line[-1]",
+        "return line[-2]",
         "test_navigation.py::test_a_delay_is_exact",
     ),
     Mutant(

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rvjax.components.registry import component
-from rvjax.components.search_methods.interface import Axis, Spent, Task, Told, Values
+from rvjax.components.search_methods.interface import Axis, Results, Spent, Task, Values
 
 CENTRE = np.array([0.42, 0.61, 0.55, 0.38])
 
@@ -43,7 +43,7 @@ class Answers:
     proposed: list[Values] = field(default_factory=list)
     objectives: list[Values] = field(default_factory=list)
 
-    def __call__(self, points: Values) -> Told:
+    def __call__(self, points: Values) -> Results:
         """As `Evaluate`."""
         spent = self.points is not None and sum(map(len, self.proposed)) + len(points) > self.points
         if spent or len(self.proposed) == self.batches:
@@ -52,7 +52,7 @@ class Answers:
         objectives, violation, gradient = self.function(points)
         self.objectives.append(objectives)
         violation = np.zeros(len(points)) if violation is None else violation
-        return Told(violation, objectives, ranks(violation, objectives), gradient)
+        return Results(violation, objectives, ranks(violation, objectives), gradient)
 
     @property
     def all(self) -> Values:

@@ -10,7 +10,7 @@ import pytest
 
 from rvjax.components.search_methods.cma_es import usual
 from rvjax.components.search_methods.gradient import descent, step
-from rvjax.components.search_methods.interface import Axis, Task, Told, Values, snapped
+from rvjax.components.search_methods.interface import Axis, Results, Task, Values, snapped
 from rvjax.components.search_methods.optuna_studies import Space
 from rvjax.components.search_methods.tpe import ranks
 from rvjax.errors import UsageError
@@ -266,8 +266,8 @@ def test_ranks_of_tpe_are_of_everything_told() -> None:
     """Over two batches: violation, first objective, second objective. Kills: ranks of each batch alone, the second objective
     first, equal ones apart."""
 
-    def told(violation: list[float], objectives: list[list[float]]) -> Told:
-        return Told(np.array(violation), np.array(objectives), np.zeros(len(violation)))
+    def told(violation: list[float], objectives: list[list[float]]) -> Results:
+        return Results(np.array(violation), np.array(objectives), np.zeros(len(violation)))
 
     one = told([0.0, 2.0, 0.0], [[5.0, 1.0], [0.0, 0.0], [np.inf, 0.0]])
     other = told([0.0, 0.0, 1.0, 0.0], [[5.0, 0.0], [4.0, 9.0], [9.0, 9.0], [5.0, 1.0]])

@@ -43,8 +43,8 @@ class Gains(
 ):
     """Numbers of the law."""
 
-    k_zeta_force: Quantity = scalar("1/s", default=0.16, above=0.0, doc="leak K_ζ of the force channels, 1/s")
-    k_zeta_torque: Quantity = scalar("1/s", default=0.55, above=0.0, doc="leak K_ζ of the torque channels, 1/s")
+    k_zeta_force: Quantity = scalar("1/s", default=0.16, above=0.0, doc="leak K_ζ of the force channels")
+    k_zeta_torque: Quantity = scalar("1/s", default=0.55, above=0.0, doc="leak K_ζ of the torque channels")
 
 
 class Parameters(Model):

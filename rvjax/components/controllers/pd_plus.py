@@ -22,10 +22,10 @@ from rvjax.physics.vectors import Channels, cross
 class Gains(NominalGains):
     """Natural frequency² and damping of each loop, and the nominal plant."""
 
-    k_rho: Quantity = scalar("1/s²", default=0.0025, above=0.0, doc="position stiffness k_ρ, 1/s²")
-    k_nu: Quantity = scalar("1/s", default=0.1, above=0.0, doc="velocity damping k_ν, 1/s")
-    k_sigma: Quantity = scalar("1/s²", default=0.16, above=0.0, doc="attitude stiffness k_σ, 1/s²")
-    k_omega: Quantity = scalar("1/s", default=0.4, above=0.0, doc="rate damping k_ω, 1/s")
+    k_rho: Quantity = scalar("1/s²", default=0.0025, above=0.0, doc="position stiffness k_ρ")
+    k_nu: Quantity = scalar("1/s", default=0.1, above=0.0, doc="velocity damping k_ν")
+    k_sigma: Quantity = scalar("1/s²", default=0.16, above=0.0, doc="attitude stiffness k_σ")
+    k_omega: Quantity = scalar("1/s", default=0.4, above=0.0, doc="rate damping k_ω")
 
 
 class Parameters(Model):

@@ -50,11 +50,11 @@ from rvjax.physics.vectors import Channels, Scalar, Symmetric, each, split
 class Gains(RobustGains, TrackingGains, AdaptationGains):
     """Numbers of the law. Rates of adaptation in the units that the equations give them."""
 
-    k3: Quantity = scalar("1/s", default=2.0, above=0.0, doc="wrench gain K₃, 1/s")
-    kappa: Quantity = scalar("1/s", default=0.5, above=0.0, doc="leak κ of the augmented state, 1/s")
+    k3: Quantity = scalar("1/s", default=2.0, above=0.0, doc="wrench gain K₃")
+    kappa: Quantity = scalar("1/s", default=0.5, above=0.0, doc="leak κ of the augmented state")
     gamma_chi: Quantity = scalar("1", default=0.02, at_least=0.0, doc="rate γ_χ of the Nussbaum arguments")
     epsilon_decay: Quantity = scalar("1/s", default=0.01, above=0.0, doc="decay a of ε(t) = ε e^{−at} where it decays")
-    levant_share: Quantity = scalar("1/s²", default=0.2, above=0.0, doc="Levant's L as a share of the mean limit, 1/s²")
+    levant_share: Quantity = scalar("1/s²", default=0.2, above=0.0, doc="Levant's L as a share of the mean limit")
     filter_rad_s: Quantity = scalar("rad/s", default=5.0, above=0.0, doc="bandwidth of the filtered derivative")
     clip_share: Quantity = scalar("1", default=0.95, above=0.0, at_most=1.0, doc="clip of α₂ as a share of the nominal limits")
 

@@ -27,10 +27,10 @@ from rvjax.physics.vectors import Channels, each
 class Gains(with_defaults(GuidanceGains, k1=0.3, k_sigma=1.1), NominalGains):
     """Size of the switching term as an acceleration, and the boundary layer."""
 
-    k_force: Quantity = scalar("m/s²", default=0.039, above=0.0, doc="switching gain K of the force channels, m/s²")
-    k_torque: Quantity = scalar("rad/s²", default=0.036, above=0.0, doc="switching gain K of the torque channels, rad/s²")
-    phi_force: Quantity = scalar("m/s", default=0.02, above=0.0, doc="boundary layer φ of the force channels, m/s")
-    phi_torque: Quantity = scalar("rad/s", default=0.01, above=0.0, doc="boundary layer φ of the torque channels, rad/s")
+    k_force: Quantity = scalar("m/s²", default=0.039, above=0.0, doc="switching gain K of the force channels")
+    k_torque: Quantity = scalar("rad/s²", default=0.036, above=0.0, doc="switching gain K of the torque channels")
+    phi_force: Quantity = scalar("m/s", default=0.02, above=0.0, doc="boundary layer φ of the force channels")
+    phi_torque: Quantity = scalar("rad/s", default=0.01, above=0.0, doc="boundary layer φ of the torque channels")
 
 
 class Parameters(Model):

@@ -2,7 +2,8 @@
 
     u(t) = h(t_{k−n})       while the fault acts, for t in step k
 
-What is asked for at the beginning of a step comes n steps later and stands for one step; before the flight nothing was asked for.
+The command at the beginning of a step takes effect n steps later and is held for a step (`rvjax.physics.delay_line`). Before the
+flight the command is zero.
 """
 
 from __future__ import annotations
@@ -14,43 +15,39 @@ import jax.numpy as jnp
 from rvjax.campaign import count
 from rvjax.components.faults.interface import Fault, FaultParameters, acts
 from rvjax.components.registry import Component
+from rvjax.physics.delay_line import MOST_STEPS, delayed, filled, pushed
 from rvjax.physics.state import Numbers, Tick
 from rvjax.physics.vectors import Channels, Scalar, each
 
-MOST_STEPS = 64
-"""Every step of delay is six more numbers that each sample carries."""
+Line = tuple[Channels, ...]
 
 
 class Parameters(FaultParameters):
-    """How long the delay is."""
+    """Length of the delay."""
 
-    steps: int = count(at_least=1, at_most=MOST_STEPS, doc="delay n in steps of the integration")
-
-
-Past = tuple[Channels, ...]
-"""h at the beginnings of this step and of the n steps before it, the latest first."""
+    steps: int = count(at_least=1, at_most=MOST_STEPS, doc="delay n in integration steps")
 
 
-def start(steps: int, u: Channels, numbers: Numbers) -> Past:
-    """Before the first step the actuators are idle."""
+def start(steps: int, u: Channels, numbers: Numbers) -> Line:
+    """Idle actuators before the first step."""
     del numbers
-    return (u,) * (steps + 1)
+    return filled(steps, u)
 
 
-def keep(tick: Tick, u: Channels, memory: Past, numbers: Numbers) -> Past:
-    """The beginning of this step in front, the oldest forgotten."""
+def keep(tick: Tick, u: Channels, memory: Line, numbers: Numbers) -> Line:
+    """Adds the command at the beginning of this step."""
     del tick, numbers
-    return (u, *memory[:-1])
+    return pushed(memory, u)
 
 
-def act(t: Scalar, u: Channels, memory: Past, upper: Channels, numbers: Numbers) -> Channels:
-    """The oldest while the fault acts."""
+def act(t: Scalar, u: Channels, memory: Line, upper: Channels, numbers: Numbers) -> Channels:
+    """The delayed command while the fault acts, else the command."""
     del upper
-    return each(jnp.where, acts(t, numbers), memory[-1], u)
+    return each(jnp.where, acts(t, numbers), delayed(memory), u)
 
 
 def build(parameters: Parameters) -> Fault:
-    """With so many steps."""
+    """A delay of n steps."""
     return Fault(act, partial(start, parameters.steps), keep)
 
 

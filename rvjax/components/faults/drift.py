@@ -19,7 +19,7 @@ from rvjax.physics.vectors import Channels, Scalar, each
 class Parameters(FaultParameters):
     """How fast the bias grows, and how far, channel by channel."""
 
-    growth: Quantity = channels("1/s", doc="rate r of the bias, as a share of the channel's upper limit, 1/s")
+    growth: Quantity = channels("1/s", doc="rate r of the bias, as a share of the channel's upper limit")
     most: Quantity = channels("1", default=1.0, at_least=0.0, doc="largest bias s_max as a share of the channel's upper limit")
 
 

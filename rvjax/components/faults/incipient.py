@@ -22,7 +22,7 @@ class Parameters(FaultParameters):
     """What is lost in the end, and how fast, channel by channel."""
 
     loss: Quantity = channels("1", at_least=0.0, at_most=1.0, doc="share Δ of the effectiveness that is lost in the end")
-    growth: Quantity = channels("1/s", above=0.0, doc="rate a of the growth, 1/s")
+    growth: Quantity = channels("1/s", above=0.0, doc="rate a of the growth")
 
 
 def failed(u: Channels, since: Channels, memory: tuple[()], upper: Channels, numbers: Numbers) -> Channels:

@@ -1,9 +1,9 @@
-"""Delay of what is measured, by whole steps.
+"""Delay of the measurement by whole steps.
 
     measured(t) = motion(t_{k−n})   for t in step k
 
-What is measured at the beginning of a step is there n steps later and stands for one step; before the flight everything stood as
-at t = 0. What stands before the delay in the campaign is delayed with it, what stands behind it is not.
+The measurement at the beginning of a step is available n steps later and is held for a step (`rvjax.physics.delay_line`). Before
+the flight the motion is that at t = 0. Errors listed before the delay in the campaign are delayed too, those after it are not.
 """
 
 from __future__ import annotations
@@ -13,43 +13,39 @@ from functools import partial
 from rvjax.campaign import Model, count
 from rvjax.components.navigation.interface import NavigationError
 from rvjax.components.registry import Component
+from rvjax.physics.delay_line import MOST_STEPS, delayed, filled, pushed
 from rvjax.physics.state import Motion, Numbers, Tick
 from rvjax.physics.vectors import Scalar
 
-MOST_STEPS = 64
-"""Every step of delay is twelve more numbers that each sample carries."""
+Line = tuple[Motion, ...]
 
 
 class Parameters(Model):
-    """How long the delay is."""
+    """Length of the delay."""
 
-    steps: int = count(at_least=1, at_most=MOST_STEPS, doc="delay n in steps of the integration")
-
-
-Past = tuple[Motion, ...]
-"""The motion at the beginnings of this step and of the n steps before it, the latest first."""
+    steps: int = count(at_least=1, at_most=MOST_STEPS, doc="delay n in integration steps")
 
 
-def start(steps: int, motion: Motion, numbers: Numbers) -> Past:
-    """As at t = 0."""
+def start(steps: int, motion: Motion, numbers: Numbers) -> Line:
+    """The motion at t = 0 in every place."""
     del numbers
-    return (motion,) * (steps + 1)
+    return filled(steps, motion)
 
 
-def keep(tick: Tick, motion: Motion, memory: Past, numbers: Numbers) -> Past:
-    """The beginning of this step in front, the oldest forgotten."""
+def keep(tick: Tick, motion: Motion, memory: Line, numbers: Numbers) -> Line:
+    """Adds the motion at the beginning of this step."""
     del tick, numbers
-    return (motion, *memory[:-1])
+    return pushed(memory, motion)
 
 
-def see(t: Scalar, motion: Motion, memory: Past, numbers: Numbers) -> Motion:
-    """The oldest."""
+def see(t: Scalar, motion: Motion, memory: Line, numbers: Numbers) -> Motion:
+    """The delayed motion."""
     del t, motion, numbers
-    return memory[-1]
+    return delayed(memory)
 
 
 def build(parameters: Parameters) -> NavigationError:
-    """With so many steps."""
+    """A delay of n steps."""
     return NavigationError(see, partial(start, parameters.steps), keep)
 
 

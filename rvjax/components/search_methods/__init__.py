@@ -1,4 +1,4 @@
-"""Searches: how the next candidates of a tuning are chosen, one file each."""
+"""Search methods: how a tuning chooses the next candidates. One file per member."""
 
 MEMBERS = {
     "grid": "rvjax.components.search_methods.grid",
@@ -9,4 +9,4 @@ MEMBERS = {
     "nsga": "rvjax.components.search_methods.nsga",
     "gradient": "rvjax.components.search_methods.gradient",
 }
-"""Name in a campaign → module; of those that need an extra, the module says which."""
+"""Name in a campaign → module. A module that needs an optional package names it."""

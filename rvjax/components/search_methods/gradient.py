@@ -1,17 +1,18 @@
 """Gradient: x' = x + s,   s along argmin gᵀs + ½ sᵀB s for 0 ≤ x + s ≤ 1,   |s_i| ≤ r,   g the gradient at x.
 
-A projected quasi-Newton descent, from the start of the campaign and from points of a Sobol sequence, all at once: each batch is
-the next step of every descent that goes on. B is the BFGS matrix of all steps so far, B' = B − B s sᵀB/(sᵀB s) + y yᵀ/(yᵀs), y
-the change of g (J. Nocedal, S. Wright, "Numerical optimization", Springer, 2006, ch. 6, 18). The reach r doubles where a step was
-as long as that. A step that arrives where it goes up nearly as steeply as it went down was too long: it teaches B, and another
-one, shorter, is taken from where it began. Gradients alone decide, so they may be of a smooth function in the place of an
-objective; constraints count where that function holds them. A descent ends where its step is below 10⁻⁶ of the range, or where
-there is no gradient; the search ends with the last of them. An axis of levels stays where its descent began.
+Projected quasi-Newton descents from the original campaign and from points of a Sobol sequence, in parallel: a batch holds the
+next step of every active descent. B is the BFGS matrix of all steps so far, B' = B − B s sᵀB/(sᵀB s) + y yᵀ/(yᵀs), y the change
+of g (J. Nocedal, S. Wright, "Numerical optimization", Springer, 2006, ch. 6, 18). The trust radius r doubles after a step of that
+length. A step is too long if the slope at its end is nearly as steep upwards as it was downwards: it updates B, and a shorter
+step from the same point replaces it. Only gradients are used, so a smooth function may replace the objective; constraints count
+if that function contains them. A descent ends when its step is below 10⁻⁶ of the range, or when there is no gradient; the search
+ends with the last descent. An axis with levels keeps its initial value.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,29 +23,29 @@ from rvjax.components.search_methods.interface import Evaluate, Method, Task, Va
 from rvjax.components.search_methods.point_sets import number, spread
 
 FIRST, MOST, SMALL = 0.1, 0.5, 1e-6
-"""Reach at first, at most, and where a descent ends: shares of the range."""
+"""First trust radius, largest trust radius, and step at which a descent ends: shares of the range."""
 
 UP = 0.9
-"""A step is too long if it arrives going up by this share of how it went down."""
+"""A step is too long if the slope upwards at its end exceeds this share of the slope downwards at its start."""
 
 LARGE, FLAT = 1e100, 1e-10
-"""A gradient that is larger says nothing, its square would overflow; the least cosine of s and y that teaches a curvature."""
+"""Larger gradients are invalid, because their squares overflow; smallest cosine of s and y that updates B."""
 
 Descent = Generator[Values, Values, None]
-"""Yields a point, is sent the gradient there."""
+"""Yields a point and receives the gradient there."""
 
 
 class Parameters(Model):
-    """Where it begins."""
+    """Starting points."""
 
-    starts: int = count(default=4, at_least=1, at_most=10_000, doc="descents at once, the first from the start of the campaign")
+    starts: int = count(default=4, at_least=1, at_most=10_000, doc="parallel descents, the first from the original campaign")
 
 
 def descent(x: Values, free: NDArray[np.bool_]) -> Descent:
-    """From one point down. free: (d,) the axes that move."""
+    """A descent from a point. free: (d,) the axes that move."""
     g = np.where(free, (yield x), 0.0)
     reach, model = FIRST, None
-    while says(g) and g.any():
+    while usable(g) and g.any():
         curvature = np.eye(len(x)) * (np.abs(g).max() / FIRST) if model is None else model
         s = step(curvature, g, -x, 1.0 - x)
         length = np.abs(s).max()
@@ -58,14 +59,14 @@ def descent(x: Values, free: NDArray[np.bool_]) -> Descent:
         s, length = s * min(1.0, reach / length), min(length, reach)
         there = np.clip(x + s, 0.0, 1.0)
         new = np.where(free, (yield there), 0.0)
-        if not says(new):
+        if not usable(new):
             reach = length / 4.0
             continue
         before, after, y = g @ s, new @ s, new - g
         if y @ s <= FLAT * float(np.linalg.norm(y) * np.linalg.norm(s)):
-            model = curvature / 2.0  # it bends down: a longer step
+            model = curvature / 2.0  # negative curvature: a longer step
         else:
-            model = taught(np.eye(len(x)) * ((y @ y) / (y @ s)) if model is None else model, s, y)
+            model = updated(np.eye(len(x)) * ((y @ y) / (y @ s)) if model is None else model, s, y)
         if after > -UP * before:
             reach = length * float(np.clip(before / (before - after), 0.1, 0.5))
             continue
@@ -73,13 +74,13 @@ def descent(x: Values, free: NDArray[np.bool_]) -> Descent:
         x, g = there, new
 
 
-def says(g: Values) -> bool:
-    """Whether it is a gradient to calculate with."""
-    return bool((np.abs(g) < LARGE).all())  # not where it is NaN
+def usable(g: Values) -> bool:
+    """Whether a gradient is finite and not too large."""
+    return bool((np.abs(g) < LARGE).all())  # false for NaN
 
 
 def step(curvature: Values, g: Values, low: Values, high: Values) -> Values:
-    """argmin gᵀs + ½ sᵀB s for low ≤ s ≤ high: what is farthest outside stays at its side while the others are solved again."""
+    """argmin gᵀs + ½ sᵀB s for low ≤ s ≤ high: fixes the coordinate farthest outside at its bound, solves again."""
     s, inside = np.zeros(len(g)), np.ones(len(g), dtype=bool)
     while inside.any():
         pull = g[inside] + curvature[np.ix_(inside, ~inside)] @ s[~inside]
@@ -93,30 +94,30 @@ def step(curvature: Values, g: Values, low: Values, high: Values) -> Values:
     return s
 
 
-def taught(curvature: Values, s: Values, y: Values) -> Values:
-    """The BFGS matrix after a step."""
+def updated(curvature: Values, s: Values, y: Values) -> Values:
+    """The BFGS matrix after a step s that changed the gradient by y."""
     ahead = curvature @ s
     return curvature - np.outer(ahead, ahead) / (s @ ahead) + np.outer(y, y) / (y @ s)
 
 
 def search(parameters: Parameters, task: Task, evaluate: Evaluate) -> None:
-    """All descents side by side."""
-    given = np.empty((0, len(task.axes))) if task.start is None else task.start[None]
-    others = spread(len(task.axes), number(task.seed, "search:gradient"))(parameters.starts - len(given))
+    """All descents in parallel."""
+    first = np.empty((0, len(task.axes))) if task.start is None else task.start[None]
+    others = spread(len(task.axes), number(task.seed, "search:gradient"))(parameters.starts - len(first))
     free = np.array([not axis.levels for axis in task.axes])
-    descents = [descent(point, free) for point in snapped(task.axes, np.concatenate([given, others]))]
-    ahead = [(one, next(one)) for one in descents]
-    while ahead:
-        told = evaluate(snapped(task.axes, np.stack([point for _, point in ahead])))
-        if told.gradient is None:
-            raise ValueError("the method gradient was told no gradient")
+    descents = [descent(point, free) for point in snapped(task.axes, np.concatenate([first, others]))]
+    active = [(path, next(path)) for path in descents]
+    while active:
+        results = evaluate(snapped(task.axes, np.stack([point for _, point in active])))
+        if results.gradient is None:
+            raise ValueError("the method gradient got no gradient")
         following: list[tuple[Descent, Values]] = []
-        for (one, _), gradient in zip(ahead, told.gradient, strict=True):
+        for (path, _), gradient in zip(active, results.gradient, strict=True):
             try:
-                following.append((one, one.send(gradient)))
+                following.append((path, path.send(gradient)))
             except StopIteration:
                 continue
-        ahead = following
+        active = following
 
 
-COMPONENT = Method(Parameters, lambda parameters: lambda task, evaluate: search(parameters, task, evaluate), gradient=True)
+COMPONENT = Method(Parameters, lambda parameters: partial(search, parameters), gradient=True)

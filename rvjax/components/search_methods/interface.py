@@ -1,8 +1,7 @@
-"""What a search is: it proposes points of the unit cube and is told what came of each, until whoever tells it has had enough.
+"""Interface of a search method: it proposes points of the unit cube and gets their results, until the budget is used up.
 
-A point has one coordinate in [0, 1] for each axis; the caller knows what value of a campaign that is. Everything that a search
-does is a function of its axes, its start, its seed and what it was told, so that one that is stopped and begun again with the
-same answers goes the same way.
+A point has a coordinate in [0, 1] for each axis; the caller maps it to values of the campaign. A search depends only on its axes,
+its start, its seed and the results, so a search that is restarted with the same results proposes the same points.
 """
 
 from __future__ import annotations
@@ -20,14 +19,16 @@ Values = NDArray[np.float64]
 
 
 class Axis(NamedTuple):
-    """One coordinate. levels: how many values it can have, the k-th of them at (k + ½)/levels; 0: every number in [0, 1].
-    ordered: whether neighbouring levels are near each other, as whole numbers are and kinds of things are not."""
+    """A coordinate. levels: number of its values, the k-th at (k + ½)/levels; 0: every number in [0, 1].
+
+    ordered: whether neighbouring levels are similar, as with whole numbers; not so for choices.
+    """
 
     levels: int = 0
     ordered: bool = True
 
     def snapped(self, x: Values) -> Values:
-        """The coordinates that are meant: inside [0, 1], on a level where there are levels."""
+        """The coordinates moved into [0, 1] and, if there are levels, to their levels."""
         inside = np.clip(x, 0.0, 1.0)
         if not self.levels:
             return inside
@@ -35,16 +36,16 @@ class Axis(NamedTuple):
 
 
 def snapped(axes: Sequence[Axis], points: Values) -> Values:
-    """(m, d) the points that are meant."""
+    """(m, d) the points, each coordinate moved to an admissible value of its axis."""
     return np.column_stack([axis.snapped(column) for axis, column in zip(axes, points.T, strict=True)])
 
 
-class Told(NamedTuple):
-    """What came of m points, in the order in which they were proposed.
+class Results(NamedTuple):
+    """Results of m points, in the order of the proposal.
 
-    violation: (m,) by how much constraints are missed, in sum; 0 where all hold. objectives: (m, k) each the smaller the better,
-    +∞ where it cannot be said. rank: (m,) the order of these points among each other, the best 0, equal ones alike.
-    gradient: (m, d) of the first objective, or of a smooth function in its place, where the search asks for it; else None.
+    violation: (m,) sum of the constraint violations, 0 if all hold. objectives: (m, k), smaller is better, +∞ if unknown.
+    rank: (m,) rank within the m points, the best 0, ties equal. gradient: (m, d) of the first objective or of its smooth
+    substitute, if the search needs gradients; else None.
     """
 
     violation: Values
@@ -54,9 +55,9 @@ class Told(NamedTuple):
 
 
 class Evaluate(Protocol):
-    """Tells what comes of points. Raises `Spent` once the budget is used up; the search then ends."""
+    """Evaluates points. Raises `Spent` once the budget is used up; the search then ends."""
 
-    def __call__(self, points: Values) -> Told:
+    def __call__(self, points: Values) -> Results:
         """points: (m, d) in [0, 1]."""
         ...
 
@@ -67,8 +68,10 @@ class Spent(Exception):
 
 @dataclass(frozen=True)
 class Task:
-    """What a search is to do. start: the point of the campaign as it is, where it lies inside the ranges. candidates: how many
-    points there will be at most, where that is known."""
+    """The task of a search. start: point of the original campaign, if it is inside the ranges.
+
+    candidates: largest number of points, if known.
+    """
 
     axes: tuple[Axis, ...]
     seed: int
@@ -78,13 +81,16 @@ class Task:
 
 
 Search = Callable[[Task, Evaluate], None]
-"""Runs until `Spent` comes out of evaluate, which it lets pass, or until it has nothing left to propose."""
+"""Runs until it has nothing left to propose, or until evaluate raises `Spent`, which it does not catch."""
 
 
 @dataclass(frozen=True)
 class Method(Component[P]):
-    """gradient: it needs gradients. several: it looks for a set of points where there are several objectives; the others follow
-    the ranks."""
+    """A search method. gradient: it needs gradients. several: it searches the front of several objectives, not the best rank.
+
+    packages: distributions whose version may change the proposals.
+    """
 
     gradient: bool = field(default=False, kw_only=True)
     several: bool = field(default=False, kw_only=True)
+    packages: tuple[str, ...] = field(default=(), kw_only=True)

@@ -1,13 +1,15 @@
-"""NSGA-II: generations of candidates that spread along the front where no objective improves without another that worsens.
+"""NSGA-II: generations of candidates that spread along the Pareto front, where no objective improves unless another worsens.
 
-Of a generation and its parents, those live on that are dominated by the fewest layers of others, and of the last layer those with
-the most room around them. A candidate that misses constraints is dominated by every one that misses less in sum. Children: of two
-parents by simulated binary crossover, then mutated by a polynomial law (K. Deb, A. Pratap, S. Agarwal, T. Meyarivan, IEEE Trans.
-Evol. Comput. 6, 2002); of the package Optuna. The first generation is random, after the start of the campaign. A front takes some
-tens of generations. For several objectives; of one, it is a genetic algorithm, and others need fewer candidates.
+Of a generation and its parents, the best non-dominated fronts survive, and of the last front the candidates with the largest
+crowding distance. A candidate with a larger sum of constraint violations is dominated. Children: simulated binary crossover of
+two parents, then polynomial mutation (K. Deb, A. Pratap, S. Agarwal, T. Meyarivan, IEEE Trans. Evol. Comput. 6, 2002). From the
+package Optuna. The first generation is random, after the original campaign. A front takes some tens of generations. Meant for
+several objectives; for a single objective the other methods need fewer candidates.
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 from rvjax.campaign import Model
 from rvjax.campaign.fields import count
@@ -19,13 +21,13 @@ FEWEST = 4
 
 
 class Parameters(Model):
-    """Of a generation."""
+    """Size of a generation."""
 
-    population: int = count(default=32, at_least=FEWEST, doc="candidates of a generation, all at once")
+    population: int = count(default=32, at_least=FEWEST, doc="candidates per generation, all in a batch")
 
 
 def search(parameters: Parameters, task: Task, evaluate: Evaluate) -> None:
-    """Generation after generation, in one study."""
+    """Proposes generations, all in the same study."""
     imported("nsga")
     from optuna.samplers import NSGAIISampler
     from optuna.samplers.nsgaii import PolynomialMutation, SBXCrossover
@@ -40,11 +42,11 @@ def search(parameters: Parameters, task: Task, evaluate: Evaluate) -> None:
     while True:
         with silent():
             asked = [study.ask(distributions) for _ in range(parameters.population)]
-        told = evaluate(snapped(task.axes, space.points(asked)))
+        results = evaluate(snapped(task.axes, space.points(asked)))
         with silent():
-            for one, violation, objectives in zip(asked, told.violation, told.objectives, strict=True):
-                one.set_constraint("violation", float(violation))
-                study.tell(one, [float(value) for value in objectives])
+            for candidate, violation, objectives in zip(asked, results.violation, results.objectives, strict=True):
+                candidate.set_constraint("violation", float(violation))
+                study.tell(candidate, [float(value) for value in objectives])
 
 
-COMPONENT = Method(Parameters, lambda parameters: lambda task, evaluate: search(parameters, task, evaluate), several=True)
+COMPONENT = Method(Parameters, lambda parameters: partial(search, parameters), several=True, packages=("optuna",))

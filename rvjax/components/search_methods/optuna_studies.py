@@ -1,6 +1,6 @@
-"""Studies of the package Optuna, which the methods `tpe` and `nsga` ask for candidates.
+"""Studies of the package Optuna, from which the methods `tpe` and `nsga` get their candidates.
 
-Optuna is imported when a search runs, and is as talkative as it was again once it has been asked.
+Optuna is imported when a search runs. Its log level is restored after every use.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def imported(method: str) -> ModuleType:
-    """Optuna.
+    """The package Optuna.
 
     Errors: UsageError if it is not installed.
     """
@@ -38,7 +38,7 @@ def imported(method: str) -> ModuleType:
 
 @contextmanager
 def silent() -> Iterator[None]:
-    """Without messages of Optuna, and without its warnings that a part of it is new."""
+    """Suppresses messages of Optuna and its warnings about experimental features."""
     from optuna import logging
 
     before = logging.get_verbosity()
@@ -52,7 +52,7 @@ def silent() -> Iterator[None]:
 
 
 def study_of(sampler: BaseSampler, objectives: int = 1) -> Study:
-    """A study in memory."""
+    """A study in memory that minimises every objective."""
     from optuna import create_study
     from optuna.storages import InMemoryStorage
     from optuna.study import StudyDirection
@@ -62,27 +62,27 @@ def study_of(sampler: BaseSampler, objectives: int = 1) -> Study:
 
 @dataclass(frozen=True)
 class Space:
-    """The axes in the words of Optuna: whole numbers and choices by the number of their level."""
+    """The axes as Optuna's distributions; whole numbers and choices by the index of their level."""
 
     axes: Sequence[Axis]
 
     @property
     def distributions(self) -> dict[str, BaseDistribution]:
-        """By the name of the axis."""
+        """Distribution of each axis, by name."""
         return {f"x{index}": _distribution(axis) for index, axis in enumerate(self.axes)}
 
     def parameters(self, point: Values) -> dict[str, Any]:
-        """What a point is called."""
-        named = zip(self.axes, point, strict=True)
-        return {f"x{index}": _level(axis, x) if axis.levels else float(x) for index, (axis, x) in enumerate(named)}
+        """The parameters of a point."""
+        coordinates = zip(self.axes, point, strict=True)
+        return {f"x{index}": _level(axis, x) if axis.levels else float(x) for index, (axis, x) in enumerate(coordinates)}
 
     def points(self, asked: Sequence[Trial]) -> Values:
-        """(m, d) where what was asked for lies."""
-        found = np.array([[one.params[f"x{index}"] for index in range(len(self.axes))] for one in asked], dtype=float)
-        for column, axis in zip(found.T, self.axes, strict=True):
+        """(m, d) the points of some candidates."""
+        points = np.array([[trial.params[f"x{index}"] for index in range(len(self.axes))] for trial in asked], dtype=float)
+        for column, axis in zip(points.T, self.axes, strict=True):
             if axis.levels:
                 column[:] = (column + 0.5) / axis.levels
-        return found
+        return points
 
 
 def _distribution(axis: Axis) -> BaseDistribution:

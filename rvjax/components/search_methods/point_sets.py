@@ -1,4 +1,4 @@
-"""Points that are known before anything is told, and how they are proposed."""
+"""Sets of points that do not depend on results, and how they are proposed in batches."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from rvjax.components.search_methods.interface import Evaluate, Task, Values, sn
 
 BITS = 30
 BATCH = 64
-"""Points in a batch where neither the batch nor the number of candidates is said."""
+"""Points in a batch if neither the batch nor the number of candidates is given."""
 
 SEEDS = 2**32
-"""Seeds that generators of other packages take are below this."""
+"""Seeds of generators in other packages are below this."""
 
 
 def number(seed: int, name: str) -> int:
-    """A number of 128 bits of (seed, name)."""
+    """A number of 128 bits, the SHA-256 hash of (seed, name)."""
     return int.from_bytes(hashlib.sha256(f"{seed}:{name}".encode()).digest()[:16], "little")
 
 
 def spread(dimensions: int, key: int) -> Callable[[int], Values]:
-    """A scrambled Sobol sequence: of a number of points, the next ones, (points, dimensions)."""
+    """A scrambled Sobol sequence: number of points → the next points, (points, dimensions)."""
     generator = np.random.Generator(np.random.Philox(np.random.SeedSequence(key)))
     make: Any = qmc.Sobol  # `rng` to type checkers, which releases before 1.15 do not know
     sequence = make(dimensions, scramble=True, bits=BITS, seed=generator)
-    first: Values = sequence.random(1)  # by itself: of others at once SciPy wants a power of two
+    first: Values = sequence.random(1)  # alone, because SciPy wants a power of two for the rest
 
     def following(count: int) -> Values:
         nonlocal first
@@ -41,7 +41,7 @@ def spread(dimensions: int, key: int) -> Callable[[int], Values]:
 
 
 def propose(task: Task, evaluate: Evaluate, following: Callable[[int], Values], batch: int | None) -> None:
-    """The start, if there is one, and then points as they follow: as many as there are candidates, all at once or in batches."""
+    """Proposes the start, if any, and then the following points up to the budget; batch: points per batch, None: all at once."""
     left = task.candidates
     first = np.empty((0, len(task.axes))) if task.start is None else task.start[None]
     while left is None or left > 0:

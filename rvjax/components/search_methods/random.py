@@ -1,12 +1,14 @@
-"""Random: x ~ U[0, 1]^d, every candidate independent of all others; the start of the campaign comes first.
+"""Random: x ~ U[0, 1]^d, candidates independent of each other; the original campaign comes first.
 
-The yardstick of the other methods: after n candidates the best of them is among the best share q of all there are with the
-probability 1 − (1 − q)^n, whatever the objective and however many axes (J. Bergstra, Y. Bengio, J. Machine Learning Research 13,
-2012). 59 candidates find one of the best 5 % with 95 %. Candidate k depends on the seed and on k alone, so more candidates are
-the same ones and further ones.
+The baseline of the other methods: after n candidates, the best of them is in the best share q of the cube with probability
+1 − (1 − q)^n, for any objective and any number of axes (J. Bergstra, Y. Bengio, J. Machine Learning Research 13, 2012). 59
+candidates hit the best 5 % with 95 %. Candidate k depends only on the seed and k, so a larger budget keeps the candidates of a
+smaller budget.
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 import numpy as np
 
@@ -18,13 +20,13 @@ from rvjax.stats.random_streams import uniforms
 
 
 class Parameters(Model):
-    """How they are proposed."""
+    """Batch of the proposals."""
 
-    batch: int | None = count(default=None, at_least=1, doc="candidates at once; all of them if nothing is said")
+    batch: int | None = count(default=None, at_least=1, doc="candidates per batch; null: all at once")
 
 
 def search(parameters: Parameters, task: Task, evaluate: Evaluate) -> None:
-    """Proposes them all."""
+    """Proposes all candidates."""
     done = 0
 
     def following(points: int) -> Values:
@@ -37,4 +39,4 @@ def search(parameters: Parameters, task: Task, evaluate: Evaluate) -> None:
     propose(task, evaluate, following, parameters.batch)
 
 
-COMPONENT = Method(Parameters, lambda parameters: lambda task, evaluate: search(parameters, task, evaluate))
+COMPONENT = Method(Parameters, lambda parameters: partial(search, parameters))

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.campaign.tuning import Tuning
+from rvjax.components.search_methods.interface import Results, Spent, Task
 from rvjax.components.search_methods.interface import Search as Propose
-from rvjax.components.search_methods.interface import Spent, Task, Told
 from rvjax.search.tuning.candidate_flights import Flights
 from rvjax.search.tuning.gradients import Slopes
 from rvjax.search.tuning.objective import Judge
@@ -71,7 +71,7 @@ class Search:
         self.standings[OWN], self.batch_of[OWN] = own, 0
         self._remember_hard()
 
-    def __call__(self, points: NDArray[np.float64]) -> Told:
+    def __call__(self, points: NDArray[np.float64]) -> Results:
         """What comes of proposed points: a race of those that have not flown yet; others keep the standing that they have."""
         if not self.standings:
             self._begin()
@@ -155,11 +155,11 @@ class Search:
         order = np.argsort(-losses[later], kind="stable")
         self.hard = tuple(samples[later][order[:count]].tolist())
 
-    def _tell(self, numbers: list[int], points: NDArray[np.float64]) -> Told:
+    def _tell(self, numbers: list[int], points: NDArray[np.float64]) -> Results:
         standings = [self.standings[one] for one in numbers]
         blank = (np.inf,) * self.judge.objectives
         slopes = None if self.slopes is None else self.slopes.of(numbers, points)
-        return Told(
+        return Results(
             np.array([one.score.violation for one in standings]),
             np.array([one.score.objectives or blank for one in standings]),
             ranks(standings, self.judge.goal),

@@ -48,9 +48,6 @@ from rvjax.simulation.requirement_checks import counted
 from rvjax.stats import explained
 from rvjax.stats.sampling_design import Independent
 
-PROPOSING: Mapping[str, tuple[str, ...]] = {"cma-es": ("cmaes",), "tpe": ("optuna",), "nsga": ("optuna",)}
-"""Packages whose version may change what is proposed."""
-
 SEED = 20181
 """Of permutations and bootstraps."""
 
@@ -204,7 +201,7 @@ def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
     said["method"] = {"use": tuning.method.use, **tuning.method.parameters}
     said["require"] = [one.model_dump(mode="json") for one in spec.require]
     said["fresh"] = _samples(spec)  # decides which shares are needed
-    said["packages"] = {name: version(name) for name in PROPOSING.get(tuning.method.use, ())}
+    said["packages"] = {name: version(name) for name in component("searches", tuning.method.use).packages}
     text = json.dumps(said, sort_keys=True, default=repr)
     mine = identity(space.problem) | {"seed": seed}
     return mine | {
