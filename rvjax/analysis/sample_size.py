@@ -82,6 +82,7 @@ def plan(
     confidence: float = 0.95,
     trues: Sequence[float] = (),
     power: float = 0.9,
+    *,
     expected: float | None = None,
     every: int = 416,
     budget: int = BUDGET,

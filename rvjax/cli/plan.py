@@ -35,7 +35,7 @@ def command(
         return _of_campaign(file, true or [], output)
     from rvjax.analysis.sample_size import plan as plan_of
 
-    sizes = plan_of(at_least or 0.0, confidence, true or [], power, expected)
+    sizes = plan_of(at_least or 0.0, confidence, true or [], power, expected=expected)
     shares = [f"pass at {100 * p:.6g} %" for p in sizes.trues]
     output.text(f"at least {100 * sizes.limit:.6g} % with {100 * sizes.confidence:.6g} % confidence, judged once:")
     rows = [(str(size.failures), f"{size.n:,}", *(_percent(chance.passes) for chance in size.chances)) for size in sizes.fixed]

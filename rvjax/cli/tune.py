@@ -29,7 +29,9 @@ def command(
 
     output, values = Output(as_json, quiet), overrides(sets, samples, seed)
     with resumable(["tune", str(file)], values, output) as on_open, output.progress() as on_progress:
-        place, record = tune(file, out, values, output.note, on_progress, sys.argv, on_open)
+        place, record = tune(
+            file, out, values, on_message=output.note, on_progress=on_progress, on_open=on_open, command=sys.argv
+        )
     _show(place, record, output)
     return 0
 

@@ -55,7 +55,16 @@ def command(
     def on_progress(done: int, margin: float) -> None:
         output.note(f"{done} of {flights} flights, smallest margin {margin:.4g}")
 
-    result = worst_case.worst(search, flights, search_seed, radius, box, first, likeliest, on_progress)
+    result = worst_case.worst(
+        search,
+        flights,
+        search_seed,
+        radius=radius,
+        box=box,
+        first_only=first,
+        likeliest_too=likeliest,
+        told=on_progress,
+    )
     place = out or Path("reports") / search.problem.spec.name / f"worst-{requirement}"
     campaign = worst_case.export(search, result, place, values)
     _show(result, campaign, output)

@@ -260,10 +260,31 @@ def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, va
     return WorstCaseSearch(problem, required[number - 1], vary)
 
 
+def find_worst_case(
+    path: str | Path,
+    requirement: int = 1,
+    overrides: Sequence[str] = (),
+    *,
+    flights: int = 20_000,
+    vary: Sequence[str] = (),
+    seed: int = 0,
+    radius: float | None = None,
+) -> Worst:
+    """Searches the draws of a campaign for the smallest margin of a requirement.
+
+    requirement: its number, from 1. flights: the largest number flown. vary: prefixes of the draws that are searched, by default
+    all. radius: |z| ≤ radius in standard normal coordinates; by default a sample in a million is outside.
+
+    Errors: those of `prepare`.
+    """
+    return worst(prepare(path, overrides, requirement, vary), flights, seed, radius=radius)
+
+
 def worst(
     hunt: WorstCaseSearch,
     flights: int,
     seed: int = 0,
+    *,
     radius: float | None = None,
     box: float | None = None,
     first_only: bool = False,

@@ -65,7 +65,7 @@ def tuned(campaign: Path, tmp_path_factory: pytest.TempPathFactory, compiles: li
                 compiles.append(-len(compiles))
 
         monkeypatch.setattr(batch, "Programs", Counted)
-        return tuning.tune(campaign, tmp_path_factory.mktemp("tuned") / "out", told=told)
+        return tuning.tune(campaign, tmp_path_factory.mktemp("tuned") / "out", on_message=told)
 
 
 def test_a_sweep_is_compiled_once(tuned: tuple[Path, Searched], compiles: list[int]) -> None:

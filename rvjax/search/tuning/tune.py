@@ -124,15 +124,16 @@ def tune(
     path: str | Path,
     out: str | Path | None = None,
     overrides: Sequence[str] = (),
-    told: Callable[[str], None] = lambda _: None,
-    progress: run.Progress | None = None,
+    *,
+    on_message: Callable[[str], None] = lambda _: None,
+    on_progress: run.Progress | None = None,
+    on_open: Callable[[Path], None] = lambda _: None,
     command: Sequence[str] = (),
-    opened: Callable[[Path], None] = lambda _: None,
 ) -> tuple[Path, Searched]:
-    """Searches the parameters of a campaign, confirms what it finds on fresh draws and writes the report; returns the folder and
-    what was found.
+    """Searches the parameters of a campaign, confirms the winner on fresh draws and writes the report; returns the folder and
+    the record of the search.
 
-    told: called with a line for each batch. opened: called with the folder once it is there. Others as in `run`.
+    on_message: called with a line for each batch. on_open: called with the folder before the first flight. Others as in `run`.
 
     Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another search.
     """
@@ -151,7 +152,7 @@ def tune(
         folder = RunFolder.resume(place, *described, before.requested, spec.name, LANES, inputs)
     else:
         folder = RunFolder.create(place, *described, LANES, spec.name, inputs)
-    opened(place)
+    on_open(place)
     try:
         done = tuning_record.read(place)
     except FolderError:  # it is made again
@@ -164,7 +165,7 @@ def tune(
         flights = Flights(space, folder, judge.columns(names), most)
         slopes = Slopes(space, tuning, flights) if method.gradient else None
         stop_at = done.cost.lanes if done is not None and tuning.budget.minutes is not None else None
-        search = Search(tuning, flights, judge, told, slopes, stop_at)
+        search = Search(tuning, flights, judge, on_message, slopes, stop_at)
         task = Task(space.axes, seed, space.start, tuning.budget.candidates, judge.objectives)
         search.run(method.build(parameters), task)
         found = _found(space, spec, tuning, search, seed)
@@ -172,8 +173,8 @@ def tune(
         folder.write_text(tuning_record.BEST, text)
         folder.write_bytes(tuning_record.NAME, found.encode())
         folder.seal()  # from here on the search is over, whatever happens to the confirmation
-        told(f"confirming on {_samples(spec)} fresh draws")
-        found = found.model_copy(update={"confirmation": _confirmed(place, overrides, spec, search, progress, command)})
+        on_message(f"confirming on {_samples(spec)} fresh draws")
+        found = found.model_copy(update={"confirmation": _confirmed(place, overrides, spec, search, on_progress, command)})
         folder.write_text(tuning_record.TABLE, candidates_table(found))
         folder.write_bytes(tuning_record.NAME, found.encode())
         from rvjax.report import tuning_report as report  # plotting takes a second to import
