@@ -1,4 +1,5 @@
-"""The closed loop: navigation ▸ controller ▸ saturation ▸ faults ▸ (+ disturbances) ▸ dynamics, for one sample at one instant.
+"""The closed loop: navigation ▸ controller ▸ saturation ▸ faults ▸ (+ disturbances) ▸ dynamics, of a single sample at a single
+instant.
 
 ẏ = rate(t, y),   y = (relative motion, target motion, state of the controller)
 u = F(t, h(v)),   total wrench = u + d(t, y)

@@ -1,4 +1,4 @@
-"""How the numbers of a campaign are drawn: which variables there are, which are correlated, which are drawn again.
+"""The dispersions of a campaign: its variables, the correlated groups, and the redrawn bodies.
 
 Spec, quantities ─resolve→ Dispersions ─at→ Points of samples ─draw→ …
 """
@@ -27,8 +27,9 @@ from rvjax.stats.sampling_design import Independent
 
 @dataclass(frozen=True)
 class Dispersions:
-    """variables: by the name of their stream; groups: of correlated ones; retries: what is drawn again together;
-    extends: whether a run may go on with more samples; columns: the meaning of every draw, by name.
+    """variables: by name of their stream. groups: of correlated variables. retries: bodies that are redrawn together.
+
+    extends: whether a run can be extended by more samples. columns: the meaning of every draw, by name.
     """
 
     variables: Mapping[str, Variable]
@@ -40,7 +41,7 @@ class Dispersions:
     columns: Mapping[str, Column]
 
     def at(self, samples: Samples) -> tuple[Points, dict[str, NDArray[np.int64]]]:
-        """What decides the draws of some samples, and how many draws of each were rejected, by name of the column."""
+        """The points of these samples, and the number of rejected draws of each, by name of the column."""
         points = self.sampler.at(samples)
         rejected: dict[str, NDArray[np.int64]] = {}
         for retry in self.retries:
@@ -50,17 +51,17 @@ class Dispersions:
 
 
 def resolve(spec: Spec, quantities: Mapping[str, Quantity], scheme: Scheme) -> Dispersions:
-    """quantities: all that a campaign draws or fixes, by name. scheme: what its sampler makes.
+    """The dispersions of a campaign. quantities: drawn or fixed, by name. scheme: of its sampler.
 
-    Errors: CampaignError with every finding about the names and groups that the campaign says.
+    Errors: CampaignError with every finding about names and groups.
     """
     names = Names(quantities)
     setting = Setting(spec.seed, spec.samples, names)
     findings = [*_groups(spec, names), *_unknown_kinds(spec, names), *_unjudgeable(spec)]
-    findings += [spec.source.finding(one.place, one.found, one.accepted, one.at_key) for one in scheme.wrong(setting)]
+    findings += [spec.source.finding(p.place, p.found, p.accepted, p.at_key) for p in scheme.wrong(setting)]
     if findings:
         raise CampaignError(findings)
-    groups = tuple(Group.of(one) for one in spec.correlate)
+    groups = tuple(Group.of(correlation) for correlation in spec.correlate)
     again = retries(bodies(spec), groups, names.drawn)
     if findings := [*_given_twice(spec, scheme, groups, again), *_seldom(spec, again, groups)]:
         raise CampaignError(findings)
@@ -69,7 +70,7 @@ def resolve(spec: Spec, quantities: Mapping[str, Quantity], scheme: Scheme) -> D
 
 
 def _groups(spec: Spec, names: Names) -> Iterator[Finding]:
-    """Findings about correlated groups: names that are none, and names that stand in two places."""
+    """Findings about correlated groups: unknown names, and names in two places."""
     first: dict[str, str] = {}
     for index, group in enumerate(spec.correlate):
         for position, name in enumerate(group.variables):
@@ -78,57 +79,57 @@ def _groups(spec: Spec, names: Names) -> Iterator[Finding]:
                 yield spec.source.finding(place, *wrong)
             elif name in first:
                 accepted = f"accepted: each variable once; the first is at {first[name]}"
-                yield spec.source.finding(place, f"{name} stands twice", accepted)
+                yield spec.source.finding(place, f"{name} is listed twice", accepted)
             else:
                 first[name] = spec.source.where(place)
 
 
 def _unknown_kinds(spec: Spec, names: Names) -> Iterator[Finding]:
-    """Findings about names of epistemic draws that are none."""
+    """Findings about unknown names of epistemic draws."""
     for index, name in enumerate(spec.epistemic):
         if wrong := names.beginning(name):
             yield spec.source.finding(("epistemic", index), *wrong)
 
 
 def _unjudgeable(spec: Spec) -> Iterator[Finding]:
-    """Requirements on samples that no verdict can be issued on."""
+    """A finding about requirements if the samples allow no verdicts."""
     if spec.require and not isinstance(sampling_design_of(spec), Independent):
-        found = f"requirements on samples of {spec.sampler.use}, which are not independent"
+        message = f"requirements on samples of {spec.sampler.use}, which are not independent"
         accepted = "accepted: none, or sampler: {use: monte-carlo}"
-        yield spec.source.finding(("require",), found, accepted, key=True)
+        yield spec.source.finding(("require",), message, accepted, key=True)
 
 
 def _given_twice(spec: Spec, scheme: Scheme, groups: Iterable[Group], again: Iterable[Retry]) -> Iterator[Finding]:
-    """Findings about draws whose values the sampler says, and something else as well."""
+    """Findings about draws whose values the sampler sets, but that are also correlated or redrawn."""
     correlated = {name for group in groups for name in group.names}
     redrawn = {name for retry in again for name in retry.draws}
     for name in scheme.given:
         if name in correlated or name in redrawn:
-            why = "is correlated with others" if name in correlated else "is drawn again where no body can have it (reject)"
+            why = "is correlated with others" if name in correlated else "is redrawn if it is unphysical (reject)"
             yield spec.source.finding(
                 PLACE, f"{name} has its values from {spec.sampler.use}, but {why}", "accepted: one of the two"
             )
 
 
 def _columns(spec: Spec, drawn: Mapping[str, Variable], again: Iterable[Retry]) -> dict[str, Column]:
-    """The meaning of every draw, and of every count of rejected ones."""
+    """The meaning of every draw, and of every count of rejected draws."""
     correlated = {name for group in spec.correlate for name in group.variables}
-    found: dict[str, Column] = {}
+    columns: dict[str, Column] = {}
     for variable in drawn.values():
         law = in_words(variable.law) + (", correlated" if variable.name in correlated else "")
         for name in variable.draws:
-            kind = EPISTEMIC if any(covers(one, name) for one in spec.epistemic) else ALEATORY
-            found[name] = Column(draw_column(name), variable.unit, variable.doc, kind=kind, law=law)
+            kind = EPISTEMIC if any(covers(beginning, name) for beginning in spec.epistemic) else ALEATORY
+            columns[name] = Column(draw_column(name), variable.unit, variable.doc, kind=kind, law=law)
     for path in (f"{body.path}.rejected" for retry in again for body in retry.bodies):
-        found[path] = Column(draw_column(path), "1", "draws before this one that no body can have")
-    return found
+        columns[path] = Column(draw_column(path), "1", "draws rejected as unphysical")
+    return columns
 
 
 def _seldom(spec: Spec, again: Iterable[Retry], groups: tuple[Group, ...]) -> Iterator[Finding]:
-    """Findings about bodies of which hardly any draw can exist."""
+    """Findings about bodies of which hardly any draw is physical."""
     for retry in again:
         share = retry.accepted(groups)
         if share < LEAST_ACCEPTED:
-            found = f"about {100.0 * share:.2g} % of the draws are of bodies that can exist"
+            message = f"about {100.0 * share:.2g} % of the draws are physical"
             accepted = f"accepted: distributions of which {100.0 * LEAST_ACCEPTED:g} % or more are"
-            yield spec.source.finding(tuple(retry.bodies[-1].path.split(".")), found, accepted)
+            yield spec.source.finding(tuple(retry.bodies[-1].path.split(".")), message, accepted)

@@ -1,8 +1,8 @@
-"""Draws: the numbers of given samples, from the quantities of a problem.
+"""Draws: the numbers of some samples, from the quantities of a problem.
 
-    Problem, samples ─draw→ columns `draw.<path>` (what the table shows) and `Drawn` (what flies)
+    Problem, samples ─draw→ columns `draw.<path>` (in the table) and `Drawn` (in the flight)
 
-A component of a quantity is drawn from the stream of its own name, a joint distribution from the stream of the quantity.
+A component of a quantity is drawn from the stream of its name, a joint distribution from the stream of the quantity.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from rvjax.stats.random_streams import uniforms
 Values = NDArray[np.float64]
 
 FAR = 2.0**-40
-"""A moved uniform number is this far from the end that its own one is not near: another value of every law."""
+"""A moved uniform number is this far from the end that is farther from the original: another value of every distribution."""
 
 
 @dataclass
 class Draws:
-    """Draws quantities for some samples and keeps, by name, what was drawn. Fixed numbers are not kept.
+    """Draws quantities for some samples and keeps the drawn values, by name. Fixed numbers are not kept.
 
-    points: what decides the draws of the samples; seed: of the noise in flight; meanings: of every draw with a law, by name.
-    moved: for some streams, by name, (samples,) whether a sample takes other numbers than its own from it; those of all other
-    streams stay. streams: the columns that each stream led to, in the order in which they were drawn.
+    points: of the samples. seed: of the noise in flight. meanings: of every draw with a distribution, by name. moved: for some
+    streams, by name, (samples,) whether a sample gets other numbers than usual from it. streams: the columns that each stream
+    determines, in the order of the draws.
     """
 
     points: Points
@@ -53,14 +53,14 @@ class Draws:
     streams: dict[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
 
     def block(self, name: str, count: int, *columns: str) -> Values:
-        """(samples, count) uniform numbers of the stream `name`, which leads to these columns."""
+        """(samples, count) uniform numbers of the stream `name`, which determines these columns."""
         return self._moved(name, self.points.uniforms(name, count), columns)
 
-    def _moved(self, name: str, own: Values, columns: tuple[str, ...]) -> Values:
+    def _moved(self, name: str, numbers: Values, columns: tuple[str, ...]) -> Values:
         self.streams[name] = columns
         if name not in self.moved:
-            return own
-        return np.where(self.moved[name][:, None], np.where(own < 0.5, 1.0 - FAR, FAR), own)
+            return numbers
+        return np.where(self.moved[name][:, None], np.where(numbers < 0.5, 1.0 - FAR, FAR), numbers)
 
     def parts(self, name: str, quantity: Quantity) -> tuple[Values, ...]:
         """The components of a quantity, each of shape (samples,), in SI."""
@@ -71,23 +71,24 @@ class Draws:
 
         drawn = quantity.draw(name, numbers, len(self.samples))
         drawn = tuple(
-            self.said(own, name if quantity.joint is not None else own, values) for own, values in zip(names, drawn, strict=True)
+            self.assigned(part, name if quantity.joint is not None else part, values)
+            for part, values in zip(names, drawn, strict=True)
         )
         varies = [part.uniforms > 0 for part in quantity.parts] or [True] * len(drawn)
-        for own, random, values in zip(names, varies, drawn, strict=True):
+        for part, random, values in zip(names, varies, drawn, strict=True):
             if random:
-                self.keep(own, values, quantity.unit, quantity.doc)
+                self.keep(part, values, quantity.unit, quantity.doc)
         return drawn
 
-    def said(self, name: str, stream: str, values: Values) -> Values:
-        """The values of a draw that the sampler says, but for samples whose numbers are moved; else those that are drawn."""
-        given = self.points.given(name)
-        if given is None:
+    def assigned(self, name: str, stream: str, values: Values) -> Values:
+        """The values that the sampler sets for a draw, except of moved samples; without such values, the drawn ones."""
+        fixed = self.points.given(name)
+        if fixed is None:
             return values
-        return np.where(self.moved[stream], values, given) if stream in self.moved else given
+        return np.where(self.moved[stream], values, fixed) if stream in self.moved else fixed
 
     def take(self, name: str, quantity: Quantity) -> Any:
-        """A quantity as the number, Vector, Channels or Thrusts that flies."""
+        """A quantity as a number, Vector, Channels or Thrusts."""
         drawn = self.parts(name, quantity)
         if quantity.shape == "scalar":
             return drawn[0]
@@ -96,14 +97,14 @@ class Draws:
         return Vector(*drawn) if quantity.shape == "vector" else Channels.of(drawn)
 
     def same(self, value: float) -> Values:
-        """One number for every sample."""
+        """The same number for every sample."""
         return np.full(len(self.samples), value, dtype=np.float64)
 
     def numbers(self, part: Part, below: str = "") -> Numbers:
-        """The numbers of a component; below: the part of it under this name only (`gains`)."""
+        """The numbers of a component. below: only those under this name (`gains`), if it is not empty."""
         prefix = f"{below}." if below else ""
-        given = part.quantities.items()
-        values = {name.removeprefix(prefix): self.take(f"{part.prefix}.{name}", quantity) for name, quantity in given}
+        quantities = part.quantities.items()
+        values = {name.removeprefix(prefix): self.take(f"{part.prefix}.{name}", quantity) for name, quantity in quantities}
         if part.schedule is not None:
             values["onset_s"] = self.scheduled(part, part.schedule, values["onset_s"])
         return Numbers(values | ({"noise": self.key(f"{part.prefix}.noise")} if part.noisy else {}))
@@ -113,27 +114,27 @@ class Draws:
         return self.block(name, 1)[:, 0]
 
     def key(self, name: str) -> tuple[Values, ...]:
-        """A random key for every sample: four whole numbers of 16 bits, which float32 holds exactly as well."""
+        """A random key for every sample: four whole numbers of 16 bits, which are exact in float32 too."""
         return tuple(np.floor(self._moved(name, uniforms(self.seed, name, self.samples), ()) * 65536.0).T)
 
     def scheduled(self, part: Part, schedule: Schedule, onset: Channels | Thrusts) -> Channels | Thrusts:
-        """The onsets of those channels or thrusters that fail in each sample, +∞ for the others; what flies is what is kept."""
+        """The onsets of the failing channels or thrusters of each sample, +∞ for all others. They are kept as columns."""
         quantity, name = part.quantities["onset_s"], f"{part.prefix}.onset_s"
         rows = list(zip(quantity.components, onset.parts(), quantity.parts, strict=True))
         able = {channel: values for channel, values, law in rows if law != NEVER}
-        own = f"{part.prefix}.schedule"
+        prefix = f"{part.prefix}.schedule"
         starts = schedule.arrange(
-            able, lambda what, count: self.take(f"{own}.{what}", count), lambda what: self.uniform(f"{own}.{what}")
+            able, lambda what, count: self.take(f"{prefix}.{what}", count), lambda what: self.uniform(f"{prefix}.{what}")
         )
         for channel, values in starts.items():
             self.keep(f"{name}.{channel}", values, quantity.unit, f"{quantity.doc}; inf: never")
         self.keep(
-            f"{own}.failing", np.sum([np.isfinite(x) for x in starts.values()], axis=0, dtype=float), "1", "channels that fail"
+            f"{prefix}.failing", np.sum([np.isfinite(x) for x in starts.values()], axis=0, dtype=float), "1", "channels that fail"
         )
         return onset.like(tuple(starts.get(channel, values) for channel, values, _ in rows))
 
     def keep(self, name: str, values: Values, unit: str, doc: str) -> None:
-        """Makes it a column of the table."""
+        """Keeps values as a column of the table."""
         self.values[name] = values
         known = self.meanings.get(name, Column(name, unit, doc))
         self.columns[name] = Column(draw_column(name), unit, doc, kind=known.kind, law=known.law)
@@ -142,7 +143,7 @@ class Draws:
     def of(
         cls, problem: Problem, samples: NDArray[np.int64], moved: Mapping[str, NDArray[np.bool_]] | None = None
     ) -> tuple[Self, Drawn]:
-        """Everything about the given samples: the draws by name, and what flies."""
+        """The draws of these samples by name, and the numbers of their flights."""
         points, rejected = problem.dispersions.at(samples)
         draws = cls(points, samples, problem.spec.seed, problem.dispersions.columns, moved or {})
         drawn = _drawn(problem, draws)
@@ -189,9 +190,11 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
 
 
 def _true_limits(problem: Problem, draws: Draws, upper: Channels, lower: Channels) -> dict[str, Any]:
-    """The limits with their spread. With thrusters it is their largest thrusts that are spread, not the limits."""
+    """The limits with their spread. With thrusters their largest thrusts are spread, not the limits."""
     actuators = problem.spec.actuators
-    spread = {name: draws.take(name, own) for name, own in actuators.quantities("actuators").items() if "spread" in name}
+    spread = {
+        name: draws.take(name, quantity) for name, quantity in actuators.quantities("actuators").items() if "spread" in name
+    }
     if isinstance(actuators, Thrusters):
         nominal = Thrusts(tuple(map(draws.same, actuators.geometry.most)))
         return {"upper": upper, "lower": lower, "thrust": nominal * spread["actuators.spread"]}
@@ -219,7 +222,7 @@ def _target(problem: Problem, draws: Draws) -> TargetMotion:
 
 
 def _context(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, ...]) -> MetricContext:
-    """What the metrics measure against. Without a docking axis (δ = 0) nothing is outside the approach cone."""
+    """The context of the metrics. Without a docking axis (δ = 0) no position is outside the approach cone."""
     spec = problem.spec
     duration = spec.horizon.duration_s
     last = draws.same(-np.inf)

@@ -1,23 +1,22 @@
-"""A campaign resolved: which functions fly (structure), and which quantities are drawn or fixed (numbers).
+"""A resolved campaign: the functions that fly (structure), and the quantities that are drawn or fixed (numbers).
 
 campaigns/x.yaml ─load→ Spec ─resolve→ Problem
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from rvjax.campaign import Model, Quantity, Source, Spec, parse, parse_with, validate
-from rvjax.campaign.actuators import Thrusters, actuator_names
-from rvjax.campaign.choice import entry_names
+from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.distributions import Fixed
-from rvjax.campaign.plain_values import Place, describe, is_list, is_mapping
+from rvjax.campaign.plain_values import Place, describe
 from rvjax.campaign.schedule import Schedule
-from rvjax.columns import CHANNELS, MARGIN, Column, metric_and_channel
+from rvjax.columns import CHANNELS, Column, metric_and_channel
 from rvjax.components.faults.interface import FaultParameters
 from rvjax.components.metrics.interface import Metric
 from rvjax.components.registry import FAMILY_OF, component, members
@@ -28,19 +27,20 @@ from rvjax.simulation import requirement_checks
 from rvjax.simulation.closed_loop import Loop
 from rvjax.simulation.dispersions import Dispersions, resolve
 from rvjax.simulation.margin_checks import AvailableSignals, ControllerChoice, controller_of
-from rvjax.simulation.temporal_margins import folded
+from rvjax.simulation.outline import Entry, Outline
+from rvjax.simulation.temporal_margins import margins_metric
 
 NEVER = Fixed(1e30)
-"""Onset [s] of a fault on a channel that the campaign leaves out."""
+"""Onset [s] of a fault on a channel that it does not act on."""
 
 CONTROLLERS = ("controller", "baselines")
 
 
 @dataclass(frozen=True)
 class Part:
-    """The quantities of one component by field, and the prefix of their names in the draws.
+    """The quantities of a component by field, and the prefix of their names in the draws.
 
-    noisy: it also gets the key of a random stream. schedule: of a fault that befalls only some of its channels.
+    noisy: it also gets the key of a random stream. schedule: of a fault that acts on some of its channels only.
     """
 
     prefix: str
@@ -51,10 +51,11 @@ class Part:
 
 @dataclass(frozen=True)
 class Problem:
-    """loop, metrics: what is compiled. controller, faults, disturbances, navigation: the numbers that their functions get.
+    """A campaign, ready to draw and fly.
 
-    margins: the numbers of the temporal margins. dispersions: how the numbers are drawn. fingerprint: SHA-256 of everything that
-    decides the draws and the flights; structure: of everything that decides which program flies.
+    loop, metrics: the compiled functions. controller, faults, disturbances, navigation: the quantities of their functions.
+    margins: the numbers of the temporal margins. dispersions: how numbers are drawn. fingerprint: SHA-256 of all that determines
+    the draws and the flights. structure: SHA-256 of all that determines the compiled program.
     """
 
     spec: Spec
@@ -71,7 +72,7 @@ class Problem:
 
     @property
     def metric_columns(self) -> dict[str, Column]:
-        """The columns `metric.<name>` of the samples table, by metric."""
+        """The columns `metric.<name>` of the samples table, by name of the metric."""
         return {name: column for metric in self.metrics for name, column in metric.columns.items()}
 
     def with_values(self, values: Mapping[str, float | str]) -> Problem:
@@ -83,7 +84,7 @@ class Problem:
 
 
 def load(path: str | Path | Source, overrides: Sequence[str] = ()) -> Problem:
-    """The problem that a campaign file states, or one that was read before. overrides: `place=value`, as in `--set`.
+    """The problem of a campaign file, or of a source that was read before. overrides: `place=value`, as in `--set`.
 
     Errors: CampaignError with every finding, each with file, line and column.
     """
@@ -91,28 +92,28 @@ def load(path: str | Path | Source, overrides: Sequence[str] = ()) -> Problem:
 
 
 def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Problem:
-    """The problem that a campaign states, as `parse` gives it. CampaignError with every finding."""
+    """The problem of a campaign, from the results of `parse`. CampaignError with every finding."""
+    outline = Outline.of(source)
     metrics: tuple[Metric, ...] = tuple(component("metrics", name) for name in members("metrics"))
     parameters: dict[Place, Model] = {}
-    names = actuator_names((source.value or {}).get("actuators"))
-    for section, place, raw in _entries(source):
-        if section == "faults" and not names:
-            continue  # nobody knows what may fail before the actuators are right
-        model, more = _parameters(section, place, raw, source, names if section == "faults" else CHANNELS)
+    for entry in outline.components:
+        if entry.section == "faults" and not outline.actuators:
+            continue  # the names of the actuators are unknown until these are right
+        model, more = _parameters(entry, outline, source)
         findings += more
         if model is not None:
-            parameters[place] = model
-    offered = _offered(source, parameters, names) if "margins" in (source.value or {}) else None
-    findings += offered.wrong(source) if offered is not None else []
-    findings += _unknown_metrics(source, [*(name for metric in metrics for name in metric.columns), *_margins(source)])
+            parameters[entry.place] = model
+    available = _available_signals(outline, parameters) if outline.margins is not None else None
+    findings += available.findings(outline.margins, source) if available is not None else []
+    findings += _unknown_metrics(source, outline, [name for metric in metrics for name in metric.columns])
     if spec is None or findings:
         raise CampaignError(dict.fromkeys(findings))
-    if spec.sampler.path not in parameters:  # nothing was said: the default
+    if spec.sampler.path not in parameters:  # the default, which the file does not name
         parameters[spec.sampler.path] = component("samplers", spec.sampler.use).parameters()
-    margins = folded(spec.margins, offered.signals, spec.horizon.step_s) if offered is not None and spec.margins else None
-    return _resolve(
-        spec, parameters, metrics if margins is None else (*metrics, margins.metric), margins.numbers if margins else ()
-    )
+    if available is None or not spec.margins:
+        return _resolve(spec, parameters, metrics, ())
+    margins = margins_metric(spec.margins, available.signals, spec.horizon.step_s)
+    return _resolve(spec, parameters, (*metrics, margins.metric), margins.numbers)
 
 
 def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metric, ...], margins: tuple[float, ...]) -> Problem:
@@ -121,12 +122,12 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
     build: dict[Place, Any] = {}
     drawn: dict[str, Quantity] = {}
     for choice in (spec.controller, *spec.faults, *spec.disturbances, *spec.navigation):
-        own, found = parameters[choice.path], component(FAMILY_OF[str(choice.path[0])], choice.use)
-        build[choice.path] = found.build(own)
-        schedule = own.schedule if isinstance(own, FaultParameters) else None
-        quantities = {name: quantity for name, quantity in own.quantities().items() if not name.startswith("schedule.")}
-        part[choice.path] = Part(choice.prefix, quantities, found.noisy, schedule)
-        drawn |= own.quantities(choice.prefix)
+        model, member = parameters[choice.path], component(FAMILY_OF[str(choice.path[0])], choice.use)
+        build[choice.path] = member.build(model)
+        schedule = model.schedule if isinstance(model, FaultParameters) else None
+        quantities = {name: quantity for name, quantity in model.quantities().items() if not name.startswith("schedule.")}
+        part[choice.path] = Part(choice.prefix, quantities, member.noisy, schedule)
+        drawn |= model.quantities(choice.prefix)
     dispersions = resolve(spec, spec.quantities() | drawn, sampler.build(parameters[spec.sampler.path]))
     if wrong := requirement_checks.findings(spec, dispersions.columns):
         raise CampaignError(wrong)
@@ -154,7 +155,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
 
 
 def _gear(thrusters: Thrusters) -> ThrusterSystem:
-    """Allocation by the nominal layout, and what its thrusts give."""
+    """The allocation and the wrench of the nominal layout."""
     layout = thrusters.geometry
     allocations: Mapping[str, Callable[[], Allocation]] = {
         "bounded-least-squares": lambda: bounded_least_squares(layout),
@@ -163,36 +164,26 @@ def _gear(thrusters: Thrusters) -> ThrusterSystem:
     return ThrusterSystem(allocations[thrusters.allocation](), wrench(layout))
 
 
-def _entries(source: Source) -> Iterator[tuple[str, Place, dict[str, Any]]]:
-    """(section, place, what it says) of every component that a file names, whatever else is wrong with the file."""
-    for section in (*FAMILY_OF, "saturation"):
-        given = (source.value or {}).get(section)
-        listed = enumerate(given) if is_list(given) else [(None, given)]
-        for index, raw in listed:
-            if is_mapping(raw) and isinstance(raw.get("use"), str):
-                yield section, (section,) if index is None else (section, index), raw
-
-
-def _parameters(
-    section: str, place: Place, raw: dict[str, Any], source: Source, names: tuple[str, ...]
-) -> tuple[Model | None, list[Finding]]:
-    """The parameters of one component, or every finding about them. names: of the actuators that it is about."""
+def _parameters(entry: Entry, outline: Outline, source: Source) -> tuple[Model | None, list[Finding]]:
+    """The parameters of a component, or every finding about them."""
+    section, place, raw = entry
     known = SATURATIONS if section == "saturation" else members(FAMILY_OF[section])
     use = raw["use"]
     if use not in known:
         return None, [source.finding((*place, "use"), f"{describe(use)} is not known here", did_you_mean(use, known))]
-    own = {key: value for key, value in raw.items() if key not in ("use", "name")}
+    values = {key: value for key, value in raw.items() if key not in ("use", "name")}
     if section == "saturation":
-        return validate(Model, own, place, source)
-    model, findings = validate(component(FAMILY_OF[section], use).parameters, own, place, source, names)
+        return validate(Model, values, place, source)
+    actuators = outline.actuators if section == "faults" else CHANNELS
+    model, findings = validate(component(FAMILY_OF[section], use).parameters, values, place, source, actuators)
     if isinstance(model, FaultParameters):
-        model = _only(model)
-        findings += _late_onsets(model, place, source)
+        model = _on_channels(model)
+        findings += _late_onsets(model, place, outline, source)
     return model, findings
 
 
-def _only(model: FaultParameters) -> FaultParameters:
-    """The fault with its quantities on the channels that it leaves out fixed, and their onset never."""
+def _on_channels(model: FaultParameters) -> FaultParameters:
+    """The fault on its channels only: on all others its onset is NEVER and its other quantities are 0."""
 
     def masked(name: str, quantity: Quantity) -> Quantity:
         idle = NEVER if name in ("onset_s", "duration_s", "period_s") else Fixed(0.0)
@@ -203,65 +194,43 @@ def _only(model: FaultParameters) -> FaultParameters:
     return model.model_copy(update={name: masked(name, q) for name, q in quantities if q.shape in ("channels", "thrusters")})
 
 
-def _late_onsets(model: FaultParameters, place: Place, source: Source) -> list[Finding]:
-    """A fault that cannot begin before the flight ends is a mistake."""
-    horizon = (source.value or {}).get("horizon")
-    duration = horizon.get("duration_s") if is_mapping(horizon) else None
+def _late_onsets(model: FaultParameters, place: Place, outline: Outline, source: Source) -> list[Finding]:
+    """A finding if a fault can only begin after the end of the flight."""
     earliest = min(low for low, _ in model.onset_s.supports)
-    if not isinstance(duration, (int, float)) or earliest < duration:
+    if outline.duration_s is None or earliest < outline.duration_s:
         return []
-    found = f"the earliest onset of {earliest:g} s is not before the end of the flight"
-    return [source.finding((*place, "onset_s"), found, f"accepted: an onset below {duration:g} s")]
+    message = f"the earliest onset of {earliest:g} s is not before the end of the flight"
+    return [source.finding((*place, "onset_s"), message, f"accepted: an onset below {outline.duration_s:g} s")]
 
 
-def _offered(source: Source, parameters: Mapping[Place, Model], actuators: tuple[str, ...]) -> AvailableSignals:
-    """The signals of the flights of a campaign, as far as it says of its controllers and actuators what is right."""
-    said: Mapping[str, Any] = source.value or {}
-    baselines = said.get("baselines")
-    others = baselines if is_list(baselines) else []
-    uses: dict[Place, str] = {place: raw["use"] for section, place, raw in _entries(source) if section in CONTROLLERS}
-    laws: dict[Place, ControllerChoice] = {}
-    for place, use in uses.items():
-        if (own := parameters.get(place)) is not None:
-            laws[place] = controller_of(component("controllers", use).build(own), own.quantities())
-    named = zip(entry_names(others), (laws.get(("baselines", index)) for index in range(len(others))), strict=True)
+def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> AvailableSignals:
+    """The signals of the flights of a campaign, as far as its controllers and actuators are right."""
+    choices: dict[Place, ControllerChoice] = {}
+    for section, place, raw in outline.components:
+        if section in CONTROLLERS and (model := parameters.get(place)) is not None:
+            choices[place] = controller_of(component("controllers", raw["use"]).build(model), model.quantities())
+    baselines = {
+        name: choices[place]
+        for name, place in ((name, ("baselines", index)) for index, name in enumerate(outline.baselines))
+        if place in choices
+    }
+    thrusters = 0 if outline.actuators == CHANNELS else len(outline.actuators)
     return AvailableSignals.of(
-        laws.get(("controller",)),
-        {name: law for name, law in named if law is not None},
-        bool(said.get("navigation")),
-        (0 if actuators == CHANNELS else len(actuators)) if actuators else None,
+        choices.get(("controller",)), baselines, outline.navigation, thrusters if outline.actuators else None
     )
 
 
-def _margins(source: Source) -> list[str]:
-    """The names of the metrics that the margins of a campaign become."""
-    said = (source.value or {}).get("margins")
-    return [f"{MARGIN}{name}" for name in said] if is_mapping(said) else []
-
-
-def _unknown_metrics(source: Source, names: Sequence[str]) -> list[Finding]:
-    """Requirements and objectives on metrics that no flight gives, or on a channel of a metric that has none."""
+def _unknown_metrics(source: Source, outline: Outline, names: Sequence[str]) -> list[Finding]:
+    """Findings about requirements and objectives on unknown metrics, or on a channel of a metric without channels."""
     findings: list[Finding] = []
-    bare = dict.fromkeys(metric_and_channel(name)[0] for name in names)
-    for place, raw in _of_metrics(source.value or {}):
-        if not is_mapping(raw) or not isinstance(metric := raw.get("metric"), str):
+    columns = [*names, *outline.margin_metrics]
+    known = dict.fromkeys(metric_and_channel(name)[0] for name in columns)
+    for place, raw in outline.metric_uses:
+        if not isinstance(metric := raw.get("metric"), str):
             continue
-        channels = [channel for name, channel in map(metric_and_channel, names) if name == metric]
-        if metric not in bare:
-            findings.append(source.finding((*place, "metric"), f"{describe(metric)} is no metric", did_you_mean(metric, bare)))
+        channels = [channel for name, channel in map(metric_and_channel, columns) if name == metric]
+        if metric not in known:
+            findings.append(source.finding((*place, "metric"), f"{describe(metric)} is no metric", did_you_mean(metric, known)))
         elif "channel" in raw and "any" not in channels:
             findings.append(source.finding((*place, "channel"), f"{metric} has no channels", "accepted: none", key=True))
     return findings
-
-
-def _of_metrics(campaign: Mapping[str, Any]) -> Iterator[tuple[Place, Any]]:
-    """What a campaign says of metrics: its requirements, and the objectives of a tuning."""
-    tuning = campaign.get("tune")
-    for place, said in (
-        (("require",), campaign.get("require")),
-        (("tune", "objective"), is_mapping(tuning) and tuning.get("objective")),
-    ):
-        if is_mapping(said):
-            yield place, said
-        for index, raw in enumerate(said if is_list(said) else []):
-            yield (*place, index), raw

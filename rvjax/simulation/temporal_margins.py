@@ -1,4 +1,4 @@
-"""Temporal margins: by how much a flight satisfies a formula of signal temporal logic, folded while it flies.
+"""Temporal margins: by how much a flight satisfies a formula of signal temporal logic, computed while it flies.
 
     signal below x         ρ = x − s(t)                       signal above x         ρ = s(t) − x
     scale c                ρ/c, a pure number
@@ -6,19 +6,19 @@
     always φ               min ρ(φ, t) over t ∈ [a, b]        eventually φ           max ρ(φ, t) over t ∈ [a, b]
     until settled φ        min ρ(φ, t) over t < T             hold φ until ψ         max over t ∈ [a, b] of
                                                                                      min(ρ(ψ, t), min ρ(φ, s) over s < t)
-    time share φ           no margin: the share of t ∈ [a, b] with ρ(φ, t) > 0, for the temporal and mixed interpretation of a
-                           requirement (ECSS-E-ST-60-10C); by itself, not inside another formula
+    time share φ           the share of t ∈ [a, b] with ρ(φ, t) > 0: no margin, but a value for the temporal and mixed
+                           interpretation of a requirement (ECSS-E-ST-60-10C); not inside another formula
 
-A margin above 0 says that the formula is true of the flight, below 0 that it is not; its size is how much all signals together
-may be off, each by so much (in the unit of the signal, or in its scale), before that changes. t, s: the steps of the flight,
-k h; [a, b]: `from_s` to `to_s`, both ends included, the whole flight where nothing is said. T: the first step from which both
-capture tubes hold to the end; where they never do, φ is to hold all along (require `captured` beside it), and a flight that
-begins settled has the margin ∞. hold until: before the step at which ψ is reached, not at it.
+Above 0 the flight satisfies the formula, below 0 it does not. The size of a margin is the change of all signals (each in its
+unit, or in its scale) that may reverse this. t, s: the steps k h of the flight. [a, b]: `from_s` to `to_s`, both ends included,
+by default the whole flight. T: the first step from which both capture tubes hold to the end. If they never do, φ has to hold
+during the whole flight (also require `captured`); a flight that begins settled has the margin ∞. hold until: φ has to hold
+before the step at which ψ is reached, not at it.
 
-Where formulas of different units are put together, each predicate says its `scale`: the amount of its signal that counts as 1.
-What stands inside always, eventually, until_settled and until has no temporal operator itself: nested in time, a margin would
-need the whole trace, and these are folded in fixed memory, of one number or two for each temporal operator. The margins of a
-flight that ends not finite are NaN, which is a failure of every requirement.
+If formulas of different units are combined, each predicate needs a `scale`: the amount of its signal that counts as 1. No
+temporal operator may be inside always, eventually, until_settled and until: that would need the whole trace, while each
+operator here needs only one or two numbers of memory. The margins of a flight that ends not finite are NaN, a failure of every
+requirement.
 
     margins:
       docks-gently:                      # the metric margin.docks-gently
@@ -32,11 +32,11 @@ flight that ends not finite are NaN, which is a failure of every requirement.
           reach: {all: [{signal: rate_deg_s, below: 0.1, scale: 0.1}, {signal: speed_m_s, below: 0.1, scale: 0.1}]}
           to_s: 200
 
-Signals: `rvjax explain signals`. Thresholds, scales and windows are numbers of a sample, so another one needs no new program.
+Signals: `rvjax explain signals`. Thresholds, scales and windows are numbers of a sample, so changing them needs no new program.
 
 Source: A. Donzé, O. Maler, "Robust satisfaction of temporal logic over real-valued signals", FORMATS 2010, LNCS 6246 (space
 robustness); G. Fainekos, G. Pappas, "Robustness of temporal logic specifications for continuous-time signals", Theoretical
-Computer Science 410, 2009. Until settled is ours.
+Computer Science 410, 2009. Until settled is defined here.
 """
 
 from __future__ import annotations
@@ -71,27 +71,27 @@ State = Callable[[Step, MetricContext], Scalar]
 """ρ(φ, t) of a formula without temporal operators."""
 
 Finished = Callable[[tuple[Any, ...], MetricContext], Scalar]
-"""ρ(φ) of a flight, from what all watches have kept."""
+"""ρ(φ) of a flight, from the accumulators of all operators."""
 
 
-class Watch(NamedTuple):
-    """One temporal operator as a fold: start(context) → acc; update(acc, step, context) → acc."""
+class Operator(NamedTuple):
+    """A temporal operator with an accumulator: start(context) → acc; update(acc, step, context) → acc."""
 
     start: Callable[[MetricContext], tuple[Scalar, ...]]
     update: Callable[[tuple[Scalar, ...], Step, MetricContext], tuple[Scalar, ...]]
 
 
-class Folded(NamedTuple):
-    """metric: of all margins. numbers: thresholds, scales and windows, which `MetricContext.margins` has for every sample."""
+class MarginsMetric(NamedTuple):
+    """metric: with a column per margin. numbers: thresholds, scales and windows, passed in `MetricContext.margins`."""
 
     metric: Metric
     numbers: tuple[float, ...]
 
 
-def folded(formulas: Mapping[str, Formula], signals: Mapping[str, Signal], step_s: float) -> Folded:
-    """The margins as one metric. signals: every one that the formulas name; step_s: of the integration."""
-    made = _Maker(signals, step_s)
-    values = {f"{MARGIN}{name}": made.formula(formula) for name, formula in formulas.items()}
+def margins_metric(formulas: Mapping[str, Formula], signals: Mapping[str, Signal], step_s: float) -> MarginsMetric:
+    """The margins as a single metric. signals: all that the formulas name; step_s: of the integration."""
+    compiler = _Compiler(signals, step_s)
+    values = {f"{MARGIN}{name}": compiler.formula(formula) for name, formula in formulas.items()}
     units = {name: signal.column.unit for name, signal in signals.items()}
     columns = {
         f"{MARGIN}{name}": Column(
@@ -99,19 +99,19 @@ def folded(formulas: Mapping[str, Formula], signals: Mapping[str, Signal], step_
         )
         for name, formula in formulas.items()
     }
-    watches = tuple(made.watches)
+    operators = tuple(compiler.operators)
 
     def start(context: MetricContext) -> tuple[Any, ...]:
-        return tuple(watch.start(context) for watch in watches)
+        return tuple(operator.start(context) for operator in operators)
 
     def update(acc: tuple[Any, ...], step: Step, weight: Scalar, context: MetricContext) -> tuple[Any, ...]:
         del weight
-        return tuple(watch.update(own, step, context) for watch, own in zip(watches, acc, strict=True))
+        return tuple(operator.update(kept, step, context) for operator, kept in zip(operators, acc, strict=True))
 
     def finish(acc: tuple[Any, ...], context: MetricContext) -> Mapping[str, Scalar]:
         return {name: value(acc, context) for name, value in values.items()}
 
-    return Folded(Metric(columns, start, update, finish), tuple(made.numbers))
+    return MarginsMetric(Metric(columns, start, update, finish), tuple(compiler.numbers))
 
 
 def _kind(formula: Formula) -> str:
@@ -119,7 +119,7 @@ def _kind(formula: Formula) -> str:
 
 
 def unit(formula: Formula, signals: Mapping[str, Signal]) -> str:
-    """Of the margin of a formula whose parts have the same one."""
+    """The unit of the margin of a formula whose parts have the same unit."""
     if isinstance(formula, TimeShare):
         return "1"
     if isinstance(formula, Predicate):
@@ -127,17 +127,17 @@ def unit(formula: Formula, signals: Mapping[str, Signal]) -> str:
     return unit(parts_of(formula)[0], signals)
 
 
-class _Maker:
-    """Makes functions of formulas, and collects their numbers and their folds on the way."""
+class _Compiler:
+    """Turns formulas into functions, and collects their numbers and operators."""
 
     def __init__(self, signals: Mapping[str, Signal], step_s: float) -> None:
         self.numbers: list[float] = []
-        self.watches: list[Watch] = []
+        self.operators: list[Operator] = []
         self._signals = signals
         self._step_s = step_s
 
     def formula(self, formula: Formula) -> Finished:
-        """Of a formula with temporal operators."""
+        """The function of a formula with temporal operators."""
         if isinstance(formula, Junction):
             parts = [self.formula(part) for part in formula.parts]
             join = jnp.minimum if formula.word == "all" else jnp.maximum
@@ -145,24 +145,24 @@ class _Maker:
         if isinstance(formula, Negation):
             part = self.formula(formula.part)
             return lambda acc, context: -part(acc, context)
-        place, last = len(self.watches), 0
+        place, last = len(self.operators), 0
         if isinstance(formula, UntilSettled):
-            watch, last = until_settled(self.state(formula.part)), 1
+            operator, last = until_settled(self.state(formula.part)), 1
         elif isinstance(formula, Until):
-            watch, last = until(self.state(formula.hold), self.state(formula.reach), self._inside(formula.window)), 1
+            operator, last = until(self.state(formula.hold), self.state(formula.reach), self._inside(formula.window)), 1
         elif isinstance(formula, (Always, Eventually)):
             make = always if isinstance(formula, Always) else eventually
-            watch = make(self.state(formula.part), self._inside(formula.window))
+            operator = make(self.state(formula.part), self._inside(formula.window))
         elif isinstance(formula, TimeShare):
-            self.watches.append(time_share(self.state(formula.part), self._inside(formula.window)))
+            self.operators.append(time_share(self.state(formula.part), self._inside(formula.window)))
             return lambda acc, context: acc[place][0] / acc[place][1]
         else:
             raise TypeError(f"{formula} is no formula of a whole flight")
-        self.watches.append(watch)
+        self.operators.append(operator)
         return lambda acc, context: acc[place][last]
 
     def state(self, formula: Formula) -> State:
-        """Of a formula without temporal operators."""
+        """The function of a formula without temporal operators."""
         if isinstance(formula, Junction):
             parts = [self.state(part) for part in formula.parts]
             join = jnp.minimum if formula.word == "all" else jnp.maximum
@@ -171,7 +171,7 @@ class _Maker:
             part = self.state(formula.part)
             return lambda step, context: -part(step, context)
         if not isinstance(formula, Predicate):
-            raise TypeError(f"{formula} is no formula of one instant")
+            raise TypeError(f"{formula} is no formula of an instant")
         get, value, above = self._signals[formula.signal].get, self._number(formula.value), formula.above
         scale = None if formula.scale is None else self._number(formula.scale)
 
@@ -182,7 +182,7 @@ class _Maker:
         return margin
 
     def _inside(self, window: Window) -> State:
-        """Whether an instant is in a window, whose ends are put half-way between two steps so that no rounding decides."""
+        """Whether an instant is in a window. Its ends are half-way between two steps, so rounding does not matter."""
         first, behind = window.steps(self._step_s)
         start, end = self._number((first - 0.5) * self._step_s), self._number((behind + 0.5) * self._step_s)
         return lambda step, context: (step.t > start(context)) & (step.t < end(context))
@@ -193,25 +193,25 @@ class _Maker:
         return lambda context: context.margins[place]
 
 
-def always(state: State, inside: State) -> Watch:
+def always(state: State, inside: State) -> Operator:
     """min ρ over the window."""
 
     def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
         return (jnp.where(inside(step, context), jnp.minimum(acc[0], state(step, context)), acc[0]),)
 
-    return Watch(lambda context: (_full(context, jnp.inf),), update)
+    return Operator(lambda context: (_full(context, jnp.inf),), update)
 
 
-def eventually(state: State, inside: State) -> Watch:
+def eventually(state: State, inside: State) -> Operator:
     """max ρ over the window."""
 
     def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
         return (jnp.where(inside(step, context), jnp.maximum(acc[0], state(step, context)), acc[0]),)
 
-    return Watch(lambda context: (_full(context, -jnp.inf),), update)
+    return Operator(lambda context: (_full(context, -jnp.inf),), update)
 
 
-def time_share(state: State, inside: State) -> Watch:
+def time_share(state: State, inside: State) -> Operator:
     """(steps of the window at which ρ > 0, steps of the window)."""
 
     def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
@@ -219,22 +219,22 @@ def time_share(state: State, inside: State) -> Watch:
         true = within & (state(step, context) > 0.0)
         return acc[0] + jnp.where(true, 1.0, 0.0), acc[1] + jnp.where(within, 1.0, 0.0)
 
-    return Watch(lambda context: (_full(context, 0.0), _full(context, 0.0)), update)
+    return Operator(lambda context: (_full(context, 0.0), _full(context, 0.0)), update)
 
 
-def until_settled(state: State) -> Watch:
-    """(min ρ so far, the same up to the last step outside the tubes): the second one is min ρ over t < T."""
+def until_settled(state: State) -> Operator:
+    """(min ρ so far, the same up to the last step outside the tubes): the second is min ρ over t < T."""
 
     def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
         lowest = jnp.minimum(acc[0], state(step, context))
         settled = (norm(step.motion.rho) <= context.tube_m) & (norm(step.motion.sigma) <= context.tube_mrp)
         return lowest, jnp.where(settled, acc[1], lowest)
 
-    return Watch(lambda context: (_full(context, jnp.inf), _full(context, jnp.inf)), update)
+    return Operator(lambda context: (_full(context, jnp.inf), _full(context, jnp.inf)), update)
 
 
-def until(hold: State, reach: State, inside: State) -> Watch:
-    """(min ρ(φ) before this step, the best of min(ρ(ψ), that) in the window so far)."""
+def until(hold: State, reach: State, inside: State) -> Operator:
+    """(min ρ(φ) before this step, the largest min(ρ(ψ), that) in the window so far)."""
 
     def update(acc: tuple[Scalar, ...], step: Step, context: MetricContext) -> tuple[Scalar, ...]:
         held, best = acc
@@ -242,7 +242,7 @@ def until(hold: State, reach: State, inside: State) -> Watch:
         best = jnp.where(inside(step, context), jnp.maximum(best, reached), best)
         return jnp.minimum(held, hold(step, context)), best
 
-    return Watch(lambda context: (_full(context, jnp.inf), _full(context, -jnp.inf)), update)
+    return Operator(lambda context: (_full(context, jnp.inf), _full(context, -jnp.inf)), update)
 
 
 def _full(context: MetricContext, value: float) -> Scalar:

@@ -24,7 +24,7 @@ from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem, load
 from rvjax.simulation.signals import Signal, derived, recorded
-from rvjax.simulation.temporal_margins import folded
+from rvjax.simulation.temporal_margins import margins_metric
 from tests.oracles.absolute import columns
 from tests.oracles.stl import Trace, holds, margin, state_margin
 from tests.short import CAMPAIGN, SHORT
@@ -111,7 +111,7 @@ def traces(generator: np.random.Generator, count: int) -> list[Trace]:
 
 def fold(said: list[Mapping[str, Said]], made: list[Trace]) -> dict[str, Array]:
     """(samples,) margins by name, of one trace and one set of numbers for each sample; the structures are the same."""
-    all_of_them = [folded(read(one), SIGNALS, STEP_S) for one in said]
+    all_of_them = [margins_metric(read(one), SIGNALS, STEP_S) for one in said]
     metric = all_of_them[0].metric
     zero = jnp.zeros(())
     context = MetricContext(*(zero + 1.0,) * 4, zero, zero, Vector(zero, zero, zero), zero + STEP_S)

@@ -1,0 +1,81 @@
+"""The outline of a campaign file: the parts that are checked even if other parts of the file are wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from rvjax.campaign import Source
+from rvjax.campaign.actuators import actuator_names
+from rvjax.campaign.choice import entry_names
+from rvjax.campaign.plain_values import Place, is_list, is_mapping
+from rvjax.columns import MARGIN
+from rvjax.components.registry import FAMILY_OF
+
+
+class Entry(NamedTuple):
+    """A component that a campaign names: its section, its place, and its mapping as written."""
+
+    section: str
+    place: Place
+    raw: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """components: every mapping with a `use`. baselines: their names, in order. actuators: names of the channels or
+    thrusters, empty if the actuators are wrong. duration_s: of a flight, None if it is no number. margins: as written, None
+    without. metric_uses: place and mapping of each requirement and objective.
+    """
+
+    components: tuple[Entry, ...]
+    baselines: tuple[str, ...]
+    actuators: tuple[str, ...]
+    navigation: bool
+    duration_s: float | None
+    margins: Any
+    metric_uses: tuple[tuple[Place, Mapping[str, Any]], ...]
+
+    @classmethod
+    def of(cls, source: Source) -> Outline:
+        """The outline of any source, valid or not."""
+        campaign: Mapping[str, Any] = source.value or {}
+        horizon, baselines = campaign.get("horizon"), campaign.get("baselines")
+        duration = horizon.get("duration_s") if is_mapping(horizon) else None
+        return cls(
+            components=tuple(_components(campaign)),
+            baselines=tuple(entry_names(baselines if is_list(baselines) else [])),
+            actuators=actuator_names(campaign.get("actuators")),
+            navigation=bool(campaign.get("navigation")),
+            duration_s=duration if isinstance(duration, (int, float)) else None,
+            margins=campaign.get("margins"),
+            metric_uses=tuple(_metric_uses(campaign)),
+        )
+
+    @property
+    def margin_metrics(self) -> list[str]:
+        """The names of the metrics of the margins."""
+        return [f"{MARGIN}{name}" for name in self.margins] if is_mapping(self.margins) else []
+
+
+def _components(campaign: Mapping[str, Any]) -> Iterator[Entry]:
+    for section in (*FAMILY_OF, "saturation"):
+        for place, raw in _mappings((section,), campaign.get(section)):
+            if isinstance(raw.get("use"), str):
+                yield Entry(section, place, raw)
+
+
+def _metric_uses(campaign: Mapping[str, Any]) -> Iterator[tuple[Place, Mapping[str, Any]]]:
+    tuning = campaign.get("tune")
+    yield from _mappings(("require",), campaign.get("require"))
+    yield from _mappings(("tune", "objective"), tuning.get("objective") if is_mapping(tuning) else None)
+
+
+def _mappings(place: Place, raw: Any) -> Iterator[tuple[Place, Mapping[str, Any]]]:
+    """A mapping, or each mapping of a list, with its place."""
+    if is_mapping(raw):
+        yield place, raw
+    for index, item in enumerate(raw if is_list(raw) else []):
+        if is_mapping(item):
+            yield (*place, index), item
