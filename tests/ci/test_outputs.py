@@ -145,7 +145,7 @@ def test_the_program_tells_the_service(rvjax: Run, tmp_path: Path, monkeypatch: 
     assert (tmp_path / "summary.md").read_text().count("### quickstart: 1 PASS, 1 FAIL, 1 UNDECIDED") == 2
     code, out, err = rvjax("check", tmp_path / "run", "--samples", 3)
     assert code == 2
-    assert "a run folder is judged as it is" in err
+    assert "a run folder is judged without flying" in err
     campaign.write_text(text.replace("samples: 512", "samples: 0"))
     code, out, _ = rvjax("check", campaign)
     assert code == 2
