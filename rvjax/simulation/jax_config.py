@@ -67,19 +67,19 @@ def configure(precision: Precision = "float64", threads: int | None = None) -> N
     Errors: UsageError if JAX already runs with other compiler settings, or if XLA does not know a flag in XLA_FLAGS.
     Warnings: SettingsWarning for a setting that this version of XLA does not know.
     """
-    given = os.environ.get("XLA_FLAGS", "")
-    settled = _settled(given)
+    flags = os.environ.get("XLA_FLAGS", "")
+    wanted_flags = _settled(flags)
     if threads is not None:
         os.environ.setdefault("NPROC", str(threads))  # XLA's CPU client reads the number of cores from it
     import jax
 
-    if settled != given:
+    if wanted_flags != flags:
         if _running():
             raise UsageError(
-                f"JAX is already running with XLA_FLAGS={given!r}, campaigns fly with {settled!r}; "
+                f"JAX is already running with XLA_FLAGS={flags!r}, campaigns fly with {wanted_flags!r}; "
                 "call rvjax.configure() before anything uses JAX, or use a new process"
             )
-        os.environ["XLA_FLAGS"] = settled
+        os.environ["XLA_FLAGS"] = wanted_flags
     jax.config.update("jax_enable_x64", precision == "float64")
     folder = _private_cache()
     if folder is not None:
@@ -89,22 +89,22 @@ def configure(precision: Precision = "float64", threads: int | None = None) -> N
 
 
 @cache
-def _settled(given: str) -> str:
+def _settled(flags: str) -> str:
     """XLA_FLAGS with each of our settings that the user has not set and that XLA knows."""
-    if given.strip() and not given.lstrip().startswith("--"):
-        warnings.warn(f"XLA_FLAGS={given!r} names a file of flags, which is not changed", SettingsWarning, stacklevel=3)
-        return given
-    if (wanted := with_settings(given, SETTINGS)) == given or _known(wanted):
+    if flags.strip() and not flags.lstrip().startswith("--"):
+        warnings.warn(f"XLA_FLAGS={flags!r} names a file of flags, which is not changed", SettingsWarning, stacklevel=3)
+        return flags
+    if (wanted := with_settings(flags, SETTINGS)) == flags or _known(wanted):
         return wanted
-    if not _known(given):
+    if not _known(flags):
         raise UsageError(
-            f"XLA_FLAGS={given!r}: XLA of jaxlib {version('jaxlib')} does not know all of these; accepted: flags of this XLA"
+            f"XLA_FLAGS={flags!r}: XLA of jaxlib {version('jaxlib')} does not know all of these; accepted: flags of this XLA"
         )
-    kept = tuple(setting for setting in SETTINGS if _known(with_settings(given, (setting,))))
+    kept = tuple(setting for setting in SETTINGS if _known(with_settings(flags, (setting,))))
     refused = ", ".join(name for name, _ in SETTINGS if name not in dict(kept))
     message = f"XLA of jaxlib {version('jaxlib')} does not know {refused}: flights may be slower and differ in the last digits"
     warnings.warn(message, SettingsWarning, stacklevel=3)
-    return with_settings(given, kept)
+    return with_settings(flags, kept)
 
 
 def with_settings(flags: str, settings: Sequence[tuple[str, str]]) -> str:
