@@ -58,7 +58,7 @@ def resolve(spec: Spec, quantities: Mapping[str, Quantity], scheme: Scheme) -> D
     names = Names(quantities)
     setting = Setting(spec.seed, spec.samples, names)
     findings = [*_groups(spec, names), *_unknown_kinds(spec, names), *_unjudgeable(spec)]
-    findings += [spec.source.finding(p.place, p.found, p.accepted, p.at_key) for p in scheme.wrong(setting)]
+    findings += [spec.source.finding(p.place, p.found, p.accepted, p.at_key) for p in scheme.problems(setting)]
     if findings:
         raise CampaignError(findings)
     groups = tuple(Group.of(correlation) for correlation in spec.correlate)
@@ -103,7 +103,7 @@ def _given_twice(spec: Spec, scheme: Scheme, groups: Iterable[Group], again: Ite
     """Findings about draws whose values the sampler sets, but that are also correlated or redrawn."""
     correlated = {name for group in groups for name in group.names}
     redrawn = {name for retry in again for name in retry.draws}
-    for name in scheme.given:
+    for name in scheme.prescribed:
         if name in correlated or name in redrawn:
             why = "is correlated with others" if name in correlated else "is redrawn if it is unphysical (reject)"
             yield spec.source.finding(

@@ -82,7 +82,7 @@ class Draws:
 
     def assigned(self, name: str, stream: str, values: Values) -> Values:
         """The values that the sampler sets for a draw, except of moved samples; without such values, the drawn ones."""
-        fixed = self.points.given(name)
+        fixed = self.points.prescribed(name)
         if fixed is None:
             return values
         return np.where(self.moved[stream], values, fixed) if stream in self.moved else fixed

@@ -78,9 +78,9 @@ class Redrawn:
         """(samples, count) numbers in (0, 1)."""
         return self.numbers[name] if name in self.numbers else self.points.uniforms(name, count)
 
-    def given(self, name: str) -> Values | None:
+    def prescribed(self, name: str) -> Values | None:
         """(samples,) values of a draw that the sampler sets; None if it sets none."""
-        return self.points.given(name)
+        return self.points.prescribed(name)
 
 
 def retries(bodies: Iterable[Body], groups: Iterable[Group], drawn: Mapping[str, Variable]) -> tuple[Retry, ...]:

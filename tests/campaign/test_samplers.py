@@ -250,8 +250,8 @@ def test_points_draw_what_their_numbers_decide_again(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "samples", "words"),
     [
-        (f"{MASS}\n0.5\n", 2, "2 samples of 1 points; accepted: 1, a sample for each row"),
-        ("pursuer.mass\n0.5\n", 1, "pursuer.mass is no number of a variable; did you mean pursuer.mass_kg?"),
+        (f"{MASS}\n0.5\n", 2, "2 samples; accepted: 1, a sample for each row of the table"),
+        ("pursuer.mass\n0.5\n", 1, "pursuer.mass is not a column of any variable; did you mean pursuer.mass_kg?"),
         ("start.rho_m.0,start.rho_m.2\n0.5,0.5\n", 1, "start.rho_m.1 is missing"),
         (f"{MASS}\n0.5\n1.0\n", 2, "line 3, pursuer.mass_kg: 1; accepted: a number above 0 and below 1"),
     ],
@@ -327,9 +327,9 @@ def test_draws_again_with_every_sampler(name: str) -> None:
 
 def test_only_independent_samples_have_bounds() -> None:
     """By type: an exploration has nothing that a verdict is made of. Kills a plan that is judged like independent draws."""
-    bases = {name: component("samplers", name).basis for name in members("samplers")}
-    assert [name for name, basis in bases.items() if isinstance(basis, Independent)] == ["monte-carlo"]
-    assert all(isinstance(basis, Exploration) for name, basis in bases.items() if name != "monte-carlo")
+    designs = {name: component("samplers", name).design for name in members("samplers")}
+    assert [name for name, design in designs.items() if isinstance(design, Independent)] == ["monte-carlo"]
+    assert all(isinstance(design, Exploration) for name, design in designs.items() if name != "monte-carlo")
     assert not hasattr(Exploration, "bounds")
     requirement = Requirement(metric="captured", at_least=0.9)
     forced = Tallies([requirement], Exploration())

@@ -1,4 +1,4 @@
-"""Samplers: where the numbers of the samples come from. Host side, NumPy and SciPy only."""
+"""Samplers: they give the uniform numbers that decide the draws. One file per member; NumPy and SciPy only, no JAX."""
 
 from __future__ import annotations
 
@@ -17,5 +17,5 @@ MEMBERS = {
 
 
 def sampling_design_of(spec: Spec) -> SamplingDesign:
-    """What the samples of a campaign are, and so what may be said of them."""
-    return component("samplers", spec.sampler.use).basis
+    """The sampling design of a campaign: whether its samples are independent, and so whether verdicts are possible."""
+    return component("samplers", spec.sampler.use).design

@@ -1,10 +1,10 @@
-"""Grid: every combination of the levels of some draws; all other draws by their own streams.
+"""Grid: every combination of the levels of some draws; all other draws are random.
 
     levels: {pursuer.mass_kg: 5, start.rho_m.x: [-20, 0, 20]}
 
-A number n of levels is n equally probable ones, x_i = F⁻¹((i + ½)/n); a list is its own values, in the unit of the draw. There
-are as many samples as combinations; the name that comes last changes from sample to sample. Samples are not independent: the plan
-is for exploration, and no verdict is issued on it.
+A number n means n equally probable levels, x_i = F⁻¹((i + ½)/n); a list holds the values, in the unit of the draw. The number
+of samples must equal the number of combinations; the last name changes from sample to sample. Samples are not independent, so
+this design is for exploration and gives no verdict.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from rvjax.stats.sampling_design import Exploration
 MOST_LEVELS = 10_000
 MOST_SAMPLES = 10**9
 SHOWN = 8
-"""Numbers of levels that a message tells."""
+"""Numbers of levels shown in a message."""
 
 Levels = Mapping[str, int | tuple[float, ...]]
 
@@ -36,19 +36,21 @@ class ReadLevels:
     """Reads the levels of each draw."""
 
     def read(self, raw: Any) -> Levels:
-        """By name, in rising order, or every problem at once."""
+        """The levels by name, sorted. Reports every problem at once."""
         if not is_mapping(raw) or not raw:
             refuse(Problem(f"found {describe(raw)}", "accepted: a mapping from names of draws to levels"))
-        accepted = f"accepted: a number of levels, 1 to {MOST_LEVELS:,}, or a list of values that differ"
-        wrong = [Problem(f"found {describe(given)}", accepted, (name,)) for name, given in raw.items() if not self._is(given)]
+        accepted = f"accepted: a number of levels, 1 to {MOST_LEVELS:,}, or a list of different values"
+        wrong = [
+            Problem(f"found {describe(levels)}", accepted, (name,)) for name, levels in raw.items() if not self._valid(levels)
+        ]
         if wrong:
             refuse(*wrong)
-        return {name: tuple(map(float, given)) if is_list(given) else int(given) for name, given in sorted(raw.items())}
+        return {name: tuple(map(float, levels)) if is_list(levels) else int(levels) for name, levels in sorted(raw.items())}
 
-    def _is(self, given: Any) -> bool:
-        if is_list(given):
-            return 0 < len(given) <= MOST_LEVELS and all(map(is_number, given)) and len(set(given)) == len(given)
-        return isinstance(given, int) and not isinstance(given, bool) and 1 <= given <= MOST_LEVELS
+    def _valid(self, levels: Any) -> bool:
+        if is_list(levels):
+            return 0 < len(levels) <= MOST_LEVELS and all(map(is_number, levels)) and len(set(levels)) == len(levels)
+        return isinstance(levels, int) and not isinstance(levels, bool) and 1 <= levels <= MOST_LEVELS
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
@@ -60,68 +62,67 @@ class ReadLevels:
 
 
 class Parameters(Model):
-    """Levels of a full factorial plan."""
+    """Levels of a full factorial design."""
 
-    levels: Annotated[Levels, ReadLevels()] = option(doc="of each draw, a number of levels or a list of values in SI")
+    levels: Annotated[Levels, ReadLevels()] = option(doc="number of levels, or list of values in SI, of each draw")
 
 
 @dataclass(frozen=True)
 class Grid:
-    """values: of each draw, in the order of the names."""
+    """A full factorial design. values: levels of each draw, sorted by name."""
 
     seed: int
     values: Mapping[str, Values]
 
     def at(self, samples: Samples) -> Streams:
         """The points of some samples."""
-        found: dict[str, Values] = {}
+        chosen: dict[str, Values] = {}
         rest = samples
         for name, values in reversed(list(self.values.items())):
             rest, level = np.divmod(rest, len(values))
-            found[name] = values[level]
-        return Streams(self.seed, samples, found)
+            chosen[name] = values[level]
+        return Streams(self.seed, samples, chosen)
 
 
-def _count(given: int | tuple[float, ...]) -> int:
-    return given if isinstance(given, int) else len(given)
+def _count(levels: int | tuple[float, ...]) -> int:
+    return levels if isinstance(levels, int) else len(levels)
 
 
-def _values(given: int | tuple[float, ...], law: Any) -> Values:
-    return law.ppf((np.arange(given) + 0.5) / given) if isinstance(given, int) else np.array(given)
+def _values(levels: int | tuple[float, ...], law: Any) -> Values:
+    return law.ppf((np.arange(levels) + 0.5) / levels) if isinstance(levels, int) else np.array(levels)
 
 
 def scheme(parameters: Parameters) -> Scheme:
-    """What the levels make."""
+    """The grid of these levels."""
     levels = parameters.levels
 
-    def wrong(setting: Setting) -> Iterable[Problem]:
-        for name, given in levels.items():
+    def problems(setting: Setting) -> Iterable[Problem]:
+        for name, values in levels.items():
             place = (*PLACE, "levels", name)
-            if found := setting.names.scalar(name):
-                yield Problem(*found, place, at_key=True)
-                continue
-            if not isinstance(given, int):
-                yield from outside(setting.names.drawn[name].law, given, place)
+            if wrong := setting.names.scalar(name):
+                yield Problem(*wrong, place, at_key=True)
+            elif not isinstance(values, int):
+                yield from outside(setting.names.drawn[name].law, values, place)
         product = math.prod(map(_count, levels.values()))
         if product != setting.samples:
-            counts = " · ".join(str(_count(given)) for given in list(levels.values())[:SHOWN]) + " · …" * (len(levels) > SHOWN)
+            counts = " · ".join(str(_count(values)) for values in list(levels.values())[:SHOWN]) + " · …" * (len(levels) > SHOWN)
             whole = f"{product:,}" if product <= MOST_SAMPLES else f"fewer levels: more than {MOST_SAMPLES:,} samples"
             accepted = f"accepted: {whole}, the combinations of the levels ({counts})"
             yield Problem(f"{setting.samples:,} samples of a grid", accepted, ("samples",))
 
     def make(setting: Setting) -> Grid:
-        return Grid(setting.seed, {name: _values(given, setting.names.drawn[name].law) for name, given in levels.items()})
+        return Grid(setting.seed, {name: _values(values, setting.names.drawn[name].law) for name, values in levels.items()})
 
-    return Scheme(make, wrong, tuple(levels), extends=False)
+    return Scheme(make, problems, tuple(levels), extends=False)
 
 
 def outside(law: Any, values: tuple[float, ...], place: tuple[str | int, ...]) -> Iterable[Problem]:
-    """The values that are outside the support of a law."""
+    """The values outside the support of a distribution."""
     scalar: Distribution = law
     for index, value in enumerate(values):
         if not scalar.low <= value <= scalar.high:
             accepted = f"accepted: {scalar.low:g} to {scalar.high:g}, in the unit of the draw"
-            yield Problem(f"{value:g} is outside what is drawn", accepted, (*place, index))
+            yield Problem(f"{value:g} is outside the distribution", accepted, (*place, index))
 
 
-COMPONENT = Sampling(Parameters, scheme, basis=Exploration())
+COMPONENT = Sampling(Parameters, scheme, design=Exploration())

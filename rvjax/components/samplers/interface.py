@@ -1,6 +1,6 @@
-"""What a sampler is: it gives, for the name of a variable and some samples, the numbers that decide their draws.
+"""Interface of a sampler: for a variable and some samples, it gives the numbers that decide their draws.
 
-A member of the family is a `Sampling`: parameters of a campaign, what they make, and on which basis samples drawn so stand.
+A member of the family is a `Sampling`: parameters, a function that builds a `Scheme` from them, and the sampling design.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ class Points(Protocol):
     """Some samples of a campaign, before their draws."""
 
     def uniforms(self, name: str, count: int) -> Values:
-        """(samples, count) numbers in (0, 1) of a variable, which its law turns into its draws."""
+        """(samples, count) numbers in (0, 1) of a variable, which its distribution turns into draws."""
         ...
 
-    def given(self, name: str) -> Values | None:
-        """(samples,) values of a draw, where the sampler says these and not numbers that its law turns into them."""
+    def prescribed(self, name: str) -> Values | None:
+        """(samples,) values of a draw, if the sampler prescribes values in place of uniform numbers; else None."""
         ...
 
 
 class Sampler(Protocol):
-    """Gives the points of any samples, in any order and number."""
+    """Gives the points of any samples, in any order."""
 
     def at(self, samples: Samples) -> Points:
         """The points of some samples."""
@@ -44,7 +44,7 @@ class Sampler(Protocol):
 
 @dataclass(frozen=True)
 class Setting:
-    """What a campaign says beside its sampler. samples: how many there are to be."""
+    """What a sampler needs to know of its campaign. samples: number of samples; names: of the draws."""
 
     seed: int
     samples: int
@@ -53,38 +53,38 @@ class Setting:
 
 @dataclass(frozen=True)
 class Scheme:
-    """What the parameters of a sampler make.
+    """A sampler before the campaign is known.
 
-    make(setting) → the sampler, if wrong(setting), with places in the whole campaign, finds nothing. given: names of the draws
-    whose values it says. extends: whether samples of a larger number are those of a smaller one and further ones.
+    make(setting) → the sampler, if problems(setting) is empty; places are those of the whole campaign. prescribed: names of the
+    draws whose values the sampler prescribes. extends: whether a larger number of samples keeps the samples of a smaller number.
     """
 
     make: Callable[[Setting], Sampler]
-    wrong: Callable[[Setting], Iterable[Problem]] = lambda setting: ()
-    given: tuple[str, ...] = ()
+    problems: Callable[[Setting], Iterable[Problem]] = lambda setting: ()
+    prescribed: tuple[str, ...] = ()
     extends: bool = True
 
 
 @dataclass(frozen=True)
 class Sampling(Component[P]):
-    """basis: what may be said of samples that are drawn so."""
+    """A sampler. design: whether its samples are independent."""
 
-    basis: SamplingDesign = field(kw_only=True)
+    design: SamplingDesign = field(kw_only=True)
 
 
 PLACE = ("sampler",)
-"""Of the sampler in a campaign."""
+"""Place of the sampler in a campaign."""
 
 
 def of_stratum(stratum: Values, inside: Values, count: float) -> Values:
-    """u = (k + v)/n: the number in stratum k of n at v ∈ (0, 1), strictly inside it whatever rounding does."""
+    """u = (k + v)/n: the number at v ∈ (0, 1) in stratum k of n, strictly inside it in spite of rounding."""
     low, high = np.nextafter(stratum / count, 1.0), np.nextafter((stratum + 1.0) / count, 0.0)
     return np.clip((stratum + inside) / count, low, high)
 
 
 @dataclass(frozen=True)
 class Streams:
-    """The streams of some samples; values: of the draws that are given."""
+    """The random streams of some samples. values: of the prescribed draws."""
 
     seed: int
     samples: Samples
@@ -94,6 +94,6 @@ class Streams:
         """(samples, count) numbers in (0, 1)."""
         return uniforms(self.seed, name, self.samples)[:, :count]
 
-    def given(self, name: str) -> Values | None:
-        """Those of the values."""
+    def prescribed(self, name: str) -> Values | None:
+        """(samples,) values of a prescribed draw, else None."""
         return self.values.get(name)

@@ -1,10 +1,10 @@
-"""Latin hypercube: u = (π(s) + v)/N, π a permutation of 0 … N−1 of the variable's own, v the variable's stream at sample s.
+"""Latin hypercube: u = (π(s) + v)/N; π: permutation of 0 … N−1 for each variable, v: stream of the variable at sample s.
 
-Of N samples, exactly one is in each of N equally probable strata of each variable (M. McKay, R. Beckman, W. Conover,
-Technometrics 21, 1979). π is a Feistel network on the next power of two, walked until it is below N (J. Black, P. Rogaway,
-"Ciphers with arbitrary finite domains", CT-RSA 2002), keyed by seed and name: any sample is found without the others, and no
-variable changes the permutation of another. The number of samples is part of the plan. Samples are not independent: the plan is
-for exploration, and no verdict is issued on it.
+Each variable has N equally probable strata, and each stratum holds exactly 1 of N samples (M. McKay, R. Beckman, W. Conover,
+Technometrics 21, 1979). π is a Feistel network on the next power of two with cycle walking below N (J. Black, P. Rogaway,
+"Ciphers with arbitrary finite domains", CT-RSA 2002), keyed by seed and name: any sample is computed without the others, and no
+variable changes the permutation of another. Another number of samples gives other samples. Samples are not independent, so this
+design is for exploration and gives no verdict.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from rvjax.stats.sampling_design import Exploration
 
 ROUNDS = 12
 FEWEST_BITS = 2
-"""Of the network: one in each half."""
+"""Fewest bits of the network, 1 in each half."""
 
 Words = NDArray[np.uint64]
 
 
 class Parameters(Model):
-    """There are none."""
+    """No parameters."""
 
 
 @dataclass(frozen=True)
 class LatinHypercube:
-    """Strata of N samples."""
+    """A Latin hypercube of `count` samples."""
 
     seed: int
     count: int
@@ -63,23 +63,23 @@ class Strata:
         ]
         return np.stack(columns, axis=1)
 
-    def given(self, name: str) -> None:
-        """No draw is given."""
+    def prescribed(self, name: str) -> None:
+        """No draw is prescribed."""
 
 
 def permuted(key: str, numbers: Words, count: int) -> Words:
-    """π(s) for some s below `count`: a permutation of 0 … count − 1, another one for every key."""
+    """π(s) for some s below `count`: a permutation of 0 … count − 1 for each key."""
     secret = np.frombuffer(hashlib.sha256(f"strata:{key}".encode()).digest()[:16], dtype="<u8")
     keys = np.random.Philox(key=secret).random_raw(ROUNDS)
     bits = max(FEWEST_BITS, (count - 1).bit_length())
-    found = _network(numbers, keys, bits)
-    while (outside := np.flatnonzero(found >= count)).size:
-        found[outside] = _network(found[outside], keys, bits)
-    return found
+    places = _network(numbers, keys, bits)
+    while (outside := np.flatnonzero(places >= count)).size:
+        places[outside] = _network(places[outside], keys, bits)
+    return places
 
 
 def _network(numbers: Words, keys: Words, bits: int) -> Words:
-    """A permutation of 0 … 2^bits − 1: in turn, one half of the bits is changed by a function of the other half and a key."""
+    """A permutation of 0 … 2^bits − 1: each round changes a half of the bits by a function of the other half and a key."""
     low_bits = np.uint64(bits // 2)
     low_mask, high_mask = np.uint64((1 << (bits // 2)) - 1), np.uint64((1 << (bits - bits // 2)) - 1)
     low, high = numbers & low_mask, numbers >> low_bits
@@ -101,5 +101,5 @@ def _mixed(words: Words) -> Words:
 COMPONENT = Sampling(
     Parameters,
     lambda parameters: Scheme(lambda setting: LatinHypercube(setting.seed, setting.samples), extends=False),
-    basis=Exploration(),
+    design=Exploration(),
 )

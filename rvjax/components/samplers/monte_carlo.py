@@ -1,6 +1,7 @@
-"""Monte Carlo: u = the stream of the variable at the sample, independent of every other variable and sample.
+"""Monte Carlo: u = random stream of the variable at the sample, independent of all other variables and samples.
 
-The default. Samples are independent draws of the campaign's law, so bounds and verdicts hold; see `rvjax.stats.random_streams`.
+The default. Samples are independent draws from the campaign's distributions, so bounds and verdicts hold. Streams:
+`rvjax.stats.random_streams`.
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ from rvjax.stats.sampling_design import Independent
 
 
 class Parameters(Model):
-    """There are none."""
+    """No parameters."""
 
 
 @dataclass(frozen=True)
 class MonteCarlo:
-    """Streams with names."""
+    """Independent streams."""
 
     seed: int
 
@@ -27,4 +28,4 @@ class MonteCarlo:
         return Streams(self.seed, samples, {})
 
 
-COMPONENT = Sampling(Parameters, lambda parameters: Scheme(lambda setting: MonteCarlo(setting.seed)), basis=Independent())
+COMPONENT = Sampling(Parameters, lambda parameters: Scheme(lambda setting: MonteCarlo(setting.seed)), design=Independent())

@@ -1,9 +1,9 @@
-"""Sobol: u = (k + v)/2³⁰, k the sample's point of a scrambled Sobol sequence, v the variable's stream at the sample.
+"""Sobol: u = (k + v)/2³⁰; k: the sample's point of a scrambled Sobol sequence, v: stream of the variable at the sample.
 
-Every 2^m samples from the first on are spread evenly over the cube (I. Sobol 1967; S. Joe, F. Kuo, SIAM J. Sci. Comput. 30, 2008;
-scrambling: J. Matoušek 1998): take a power of two of them. A variable has its dimensions, one for each number that its law takes,
-in the order of the names, so adding a variable makes another plan. Samples are not independent: the plan is for exploration, and
-no verdict is issued on it.
+The first 2^m samples are spread evenly over the cube, so use a power of two (I. Sobol 1967; S. Joe, F. Kuo, SIAM J. Sci. Comput.
+30, 2008; scrambling: J. Matoušek 1998). A variable has a dimension for each uniform number of its distribution. Dimensions are in
+the order of the names, so another variable changes the samples. Samples are not independent, so this design is for exploration
+and gives no verdict.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ MOST_DIMENSIONS = qmc.Sobol.MAXDIM
 
 
 class Parameters(Model):
-    """There are none."""
+    """No parameters."""
 
 
 @dataclass(frozen=True)
 class Sobol:
-    """first: the first dimension of each variable; dimensions: of all."""
+    """A scrambled Sobol sequence. first: first dimension of each variable; dimensions: of all variables."""
 
     seed: int
     first: Mapping[str, int]
@@ -40,7 +40,7 @@ class Sobol:
 
     @classmethod
     def of(cls, setting: Setting) -> Sobol:
-        """The plan of a campaign's variables."""
+        """The sequence for the variables of a campaign."""
         first, dimensions = dict[str, int](), 0
         for name, variable in sorted(setting.names.drawn.items()):
             first[name] = dimensions
@@ -48,7 +48,7 @@ class Sobol:
         return cls(setting.seed, first, dimensions)
 
     def at(self, samples: Samples) -> Cube:
-        """The points of some samples, all dimensions at once."""
+        """The points of some samples in all dimensions."""
         wanted, place = np.unique(samples, return_inverse=True)
         return Cube(self, samples, self._points(wanted)[place])
 
@@ -63,7 +63,7 @@ class Sobol:
         sequence = make(self.dimensions, scramble=True, bits=BITS, seed=generator)
         done = 0
         for rows in np.split(np.arange(len(ascending)), np.flatnonzero(np.diff(ascending) != 1) + 1):
-            for part in (rows[:1], rows[1:]):  # a first point by itself: of others at once SciPy wants a power of two
+            for part in (rows[:1], rows[1:]):  # the first point alone, because SciPy wants a power of two for the rest
                 if part.size:
                     if int(ascending[part[0]]) > done:
                         sequence.fast_forward(int(ascending[part[0]]) - done)
@@ -81,21 +81,21 @@ class Cube:
     points: Values = field(repr=False)
 
     def uniforms(self, name: str, count: int) -> Values:
-        """(samples, count) numbers in (0, 1); of a name that is no variable, such as a choice inside a schedule, its stream."""
+        """(samples, count) numbers in (0, 1). A name that is no variable, such as a choice in a schedule, has its stream."""
         inside = uniforms(self.plan.seed, name, self.samples)[:, :count]
         if name not in self.plan.first:
             return inside
         first = self.plan.first[name]
         return of_stratum(self.points[:, first : first + count], inside, 2.0**BITS)
 
-    def given(self, name: str) -> None:
-        """No draw is given."""
+    def prescribed(self, name: str) -> None:
+        """No draw is prescribed."""
 
 
-def _wrong(setting: Setting) -> Iterable[Problem]:
+def _problems(setting: Setting) -> Iterable[Problem]:
     dimensions = sum(variable.law.uniforms for variable in setting.names.drawn.values())
     if dimensions > MOST_DIMENSIONS:
         yield Problem(f"{dimensions:,} dimensions", f"accepted: at most {MOST_DIMENSIONS:,}", PLACE)
 
 
-COMPONENT = Sampling(Parameters, lambda parameters: Scheme(Sobol.of, _wrong), basis=Exploration())
+COMPONENT = Sampling(Parameters, lambda parameters: Scheme(Sobol.of, _problems), design=Exploration())

@@ -1,11 +1,11 @@
-"""Points: the uniform numbers that decide the draws, from a CSV file, one row for each sample; other draws by their streams.
+"""Points: uniform numbers that decide some draws, from a CSV file with a row for each sample; all other draws are random.
 
     {use: points, csv: worst.csv}
 
-A column has the name of a variable, `pursuer.mass_kg`, and numbers in (0, 1): the law turns 0.5 into its median. A law that takes
-several numbers has a column for each, `start.rho_m.0`, `start.rho_m.1`, … With the values that a plan says, draws that are
-correlated or drawn again could not be told; with these numbers every draw of a flight comes back to the last bit, as long as the
-seed is the same. `rvjax worst` writes such files. Nobody knows where the rows come from: no verdict is issued on them.
+A column has the name of a variable, `pursuer.mass_kg`, and numbers in (0, 1); 0.5 gives the median. A distribution of several
+uniform numbers has a column for each, `start.rho_m.0`, `start.rho_m.1`, … Unlike the values of a plan, these numbers also
+reproduce draws that are correlated or redrawn after rejection: with the same seed, every draw of a flight is bit-equal. `rvjax
+worst` writes such files. The rows need not be independent, so this design is for exploration and gives no verdict.
 """
 
 from __future__ import annotations
@@ -19,27 +19,26 @@ import numpy as np
 from rvjax.campaign import Model, Series, series
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.problems import Problem
-from rvjax.components.samplers.interface import PLACE, Samples, Sampling, Scheme, Setting, Values
+from rvjax.components.samplers.interface import Samples, Sampling, Scheme, Setting, Values
+from rvjax.components.samplers.sample_table import CSV, SampleTable, rows_of
 from rvjax.stats.random_streams import uniforms
 from rvjax.stats.sampling_design import Exploration
 
-CSV = (*PLACE, "csv")
-
 
 class Parameters(Model):
-    """The numbers."""
+    """The file with the uniform numbers."""
 
-    table: Series = series(others=True, doc="CSV file, a column for each number of a variable, a row for each sample")
+    table: Series = series(others=True, doc="CSV file with a column for each uniform number and a row for each sample")
 
 
 def columns_of(name: str, count: int) -> tuple[str, ...]:
-    """The columns of a variable whose law takes so many numbers."""
+    """The columns of a variable whose distribution takes `count` uniform numbers."""
     return (name,) if count == 1 else tuple(f"{name}.{k}" for k in range(count))
 
 
 @dataclass(frozen=True)
 class Block:
-    """The points of some samples; numbers: (samples, count) of each variable that is given."""
+    """The points of some samples. numbers: (samples, count) of each variable in the table."""
 
     seed: int
     samples: Samples
@@ -51,12 +50,12 @@ class Block:
             return self.numbers[name]
         return uniforms(self.seed, name, self.samples)[:, :count]
 
-    def given(self, name: str) -> None:
-        """No draw is given."""
+    def prescribed(self, name: str) -> None:
+        """No draw is prescribed."""
 
 
 @dataclass(frozen=True)
-class Table:
+class UniformsTable:
     """numbers: (rows, count) of each variable."""
 
     seed: int
@@ -64,41 +63,36 @@ class Table:
 
     def at(self, samples: Samples) -> Block:
         """The points of some samples."""
-        return Block(self.seed, samples, {name: rows[samples % len(rows)] for name, rows in self.numbers.items()})
+        return Block(self.seed, samples, rows_of(self.numbers, samples))
 
 
 def scheme(parameters: Parameters) -> Scheme:
-    """What the table makes."""
-    table = parameters.table
-    columns = {name: np.array(values) for name, values in zip(table.names, table.values, strict=True)}
+    """The points in a file."""
+    table = SampleTable.of(parameters.table)
 
-    def wanted(setting: Setting) -> dict[str, tuple[str, ...]]:
-        drawn: Mapping[str, Any] = setting.names.drawn
-        return {name: columns_of(name, variable.law.uniforms) for name, variable in drawn.items()}
+    def problems(setting: Setting) -> Iterable[Problem]:
+        variables = _columns(setting)
+        known = [column for columns in variables.values() for column in columns]
+        for name in table.columns:
+            if name not in known:
+                yield Problem(f"{name} is not a column of any variable", did_you_mean(name, known), CSV, at_key=True)
+        for columns in variables.values():
+            yield from table.missing_problems(columns)
+        for name, values in table.columns.items():
+            yield from table.value_problems(name, (name,), (values > 0.0) & (values < 1.0), "a number above 0 and below 1")
+        yield from table.length_problems(setting)
 
-    def wrong(setting: Setting) -> Iterable[Problem]:
-        known = wanted(setting)
-        all_of_them = [column for own in known.values() for column in own]
-        for name in columns:
-            if name not in all_of_them:
-                yield Problem(f"{name} is no number of a variable", did_you_mean(name, all_of_them), CSV, at_key=True)
-        for own in known.values():
-            missing = [column for column in own if column not in columns]
-            if missing and len(missing) < len(own):
-                yield Problem(f"{', '.join(missing)} is missing", f"accepted: all of {', '.join(own)}", CSV, at_key=True)
-        for name, values in columns.items():
-            for row in np.flatnonzero(~((values > 0.0) & (values < 1.0)))[:1]:
-                found = f"line {table.lines[row]}, {name}: {values[row]:g}"
-                yield Problem(found, "accepted: a number above 0 and below 1", CSV, at_key=True)
-        if table.rows != setting.samples:
-            accepted = f"accepted: {table.rows:,}, a sample for each row"
-            yield Problem(f"{setting.samples:,} samples of {table.rows:,} points", accepted, ("samples",))
+    def make(setting: Setting) -> UniformsTable:
+        present = {name: columns for name, columns in _columns(setting).items() if columns[0] in table.columns}
+        numbers = {name: np.column_stack([table.columns[column] for column in columns]) for name, columns in present.items()}
+        return UniformsTable(setting.seed, numbers)
 
-    def make(setting: Setting) -> Table:
-        given = {name: own for name, own in wanted(setting).items() if own[0] in columns}
-        return Table(setting.seed, {name: np.column_stack([columns[column] for column in own]) for name, own in given.items()})
-
-    return Scheme(make, wrong, extends=False)
+    return Scheme(make, problems, extends=False)
 
 
-COMPONENT = Sampling(Parameters, scheme, basis=Exploration())
+def _columns(setting: Setting) -> dict[str, tuple[str, ...]]:
+    drawn: Mapping[str, Any] = setting.names.drawn
+    return {name: columns_of(name, variable.law.uniforms) for name, variable in drawn.items()}
+
+
+COMPONENT = Sampling(Parameters, scheme, design=Exploration())
