@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -18,7 +19,8 @@ from tests.short import CAMPAIGN, SHORT
 
 jax_config.configure("float64")
 hypothesis.settings.register_profile("untimed", deadline=None)  # a busy machine is no failure
-hypothesis.settings.load_profile("untimed")
+hypothesis.settings.register_profile("ci", deadline=None, derandomize=True)  # CI tests the same examples each time
+hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "untimed")
 
 typer.main.get_command = functools.cache(typer.main.get_command)
 """The command line is put together once, as in a process of a user: 20 ms, which thousands of calls in one process would pay."""

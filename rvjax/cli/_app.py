@@ -8,6 +8,7 @@ import sys
 import threading
 import traceback
 import warnings
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -39,6 +40,7 @@ Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="The run 
 JunitXml = Annotated[Path | None, typer.Option("--junit-xml", metavar="PATH", help="Also write the verdicts as JUnit XML.")]
 
 
+@cache
 def program() -> typer.Typer:
     """The command line with every command."""
     app = typer.Typer(

@@ -133,8 +133,10 @@ def wrenches(layout: Layout, count: int) -> Array:
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_bounded_least_squares_is_that_of_scipy(name: str) -> None:
+def test_bounded_least_squares_is_that_of_scipy(name: str, full: bool) -> None:
     """To 1e-8 of the largest thrust. Kills: a weight left out, half the iterations, no corrector, no last step, ε left out."""
+    if name == "pinwheel-12" and not full:
+        pytest.skip("two layouts by default; the third with --long")
     layout, count = ALL[name], 400
     given = wrenches(layout, count)
     allocate = bounded_least_squares(layout)
@@ -258,9 +260,11 @@ def test_thrusts_follow_the_command_within_a_step_and_a_fault_begins_at_its_inst
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_the_solution_of_a_step_is_followed_to_first_order(name: str) -> None:
+def test_the_solution_of_a_step_is_followed_to_first_order(name: str, full: bool) -> None:
     """Exact while the same thrusters move; otherwise nearer than a hold. Kills: a hold, a sign, the weights, thrusters at an end
     that move."""
+    if name != "crooked" and not full:
+        pytest.skip("the layout without symmetry by default; the others with --long")
     layout = ALL[name]
     allocation = bounded_least_squares(layout)
     given = wrenches(layout, 400)

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from tests.program import Run
 from tests.reliability.nursery import Nursery
 from tests.short import CAMPAIGN, SHORT
 
-EVERY = {False: 23, True: 1}
+EVERY = {False: 37, True: 1}
 """One of so many calls fails, by whether the suite runs in its full numbers."""
 
 WAYS = {errno.EIO: 4, errno.ENOSPC: 4, errno.EROFS: 5, None: None}
@@ -55,9 +56,9 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole program but for flying and drawing: chunks and traces are flown once, the report is its numbers."""
     results: dict[int, ChunkResult] = {}
     traces: dict[tuple[int, ...], Any] = {}
-    trace, run = running.trace, running.run
+    trace, fly = running.trace, running.fly
 
-    class ExecutorFactory:
+    class Canned:
         def __init__(self, runner: ChunkRunner) -> None:
             self.runner = runner
 
@@ -68,9 +69,9 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
                 take(results[chunk])
 
     @contextmanager
-    def crew(runner: ChunkRunner, folder: RunFolder) -> Iterator[ExecutorFactory]:
+    def executor(runner: ChunkRunner, folder: RunFolder) -> Iterator[Canned]:
         del folder
-        yield ExecutorFactory(runner)
+        yield Canned(runner)
 
     def once(problem: Any, flyer: Any, samples: list[int], *more: Any) -> Any:
         if tuple(samples) not in traces:
@@ -82,7 +83,7 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(running, "trace", once)
     audit = Audit(1, 1, (), {}, {"pursuer.mass_kg": "motion.nu.x"})
     monkeypatch.setattr(running, "prove", lambda problem, flyer, baseline: audit)
-    monkeypatch.setattr(running, "run", lambda *given: run(*given[:6], crew, *given[7:]))
+    monkeypatch.setattr(running, "fly", lambda *given: fly(*given[:3], replace(given[3], executor=executor)))
     monkeypatch.setattr("rvjax.report.sections.SECTIONS", ())
 
 
@@ -120,7 +121,7 @@ def test_any_failing_call_of_a_run(
         RunFolder.open(path).verify()
         shutil.rmtree(path)
         fails += EVERY[full]
-    assert hits > 4
+    assert hits > 3
     way = errno.errorcode[error] if error else "the end of the process"
     figure(f"failing calls of the program: {way} at {hits} of {disk.calls} calls from creation to report, then the same bits")
 
