@@ -1,4 +1,4 @@
-"""What the documents promise exists: links, files, commands, metrics."""
+"""What the documents promise exists: links, anchors, files, commands, exit codes."""
 
 from __future__ import annotations
 
@@ -8,32 +8,92 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
+import rvjax
 from rvjax.cli._app import program
 
 ROOT = Path(__file__).parents[2]
-DOCUMENTS = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+PLACES = ("*.md", "docs/*.md", "reports/*.md", ".github/*.md")
+DOCUMENTS = sorted(path for place in PLACES for path in ROOT.glob(place))
+
+each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=[path.name for path in DOCUMENTS])
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=[path.name for path in DOCUMENTS])
-def test_links_and_files_exist(document: Path) -> None:
-    text = document.read_text()
-    linked = [target for target in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in target]
-    named = re.findall(r"`((?:campaigns|tests|rvjax|docs)/[\w./-]+)`", text)
-    missing = [target for target in linked if not (document.parent / target).exists()]
-    missing += [name for name in named if not (ROOT / name).exists()]
-    assert not missing
+def anchors(document: Path) -> set[str]:
+    """The anchors that GitHub gives to the headings of a document."""
+    text = re.sub(r"```.*?```", "", document.read_text(encoding="utf-8"), flags=re.DOTALL)
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=[path.name for path in DOCUMENTS])
+@each_document
+def test_links_and_anchors_exist(document: Path) -> None:
+    text = document.read_text(encoding="utf-8")
+    missing = []
+    for target in re.findall(r"\]\(([^)]+)\)", text):
+        if "://" in target:
+            continue
+        file, _, anchor = target.partition("#")
+        path = document.parent / file if file else document
+        if not path.exists() or (anchor and anchor not in anchors(path)):
+            missing.append(target)
+    assert missing == []
+
+
+@each_document
+def test_files_exist(document: Path) -> None:
+    text = document.read_text(encoding="utf-8")
+    named = re.findall(r"(?<![\w/.-])((?:campaigns|tests|rvjax|docs|benchmarks|\.github/workflows)/[\w./-]*\w)", text)
+    illustrations = {"campaigns/x.yaml", "campaigns/tuning/NAME.yaml"}
+    assert [name for name in named if not (ROOT / name).exists() and name not in illustrations] == []
+
+
+@each_document
+def test_modules_exist(document: Path) -> None:
+    """Dotted names of this package and of the benchmarks."""
+    text = document.read_text(encoding="utf-8")
+    named = re.findall(r"(?<![\w./])((?:rvjax|benchmarks)(?:\.[a-z_]+)+)", text)
+    groups = re.findall(r"`(rvjax\.\w+)`", text) if document.name == "CONTRIBUTING.md" else []
+    files = ("md", "yaml", "sh", "xml", "html")
+    assert [name for name in named if name not in groups and name.split(".")[1] not in files and not resolves(name)] == []
+
+
+def resolves(name: str) -> bool:
+    """Whether a dotted name is a module, or a name that stands in one."""
+    parts = name.split(".")
+    for length in range(len(parts), 0, -1):
+        path = ROOT.joinpath(*parts[:length])
+        source = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+        if source.exists():
+            rest = parts[length:]
+            return not rest or (len(rest) == 1 and rest[0] in re.findall(r"\w+", source.read_text(encoding="utf-8")))
+    return False
+
+
+@each_document
 def test_commands_exist(document: Path) -> None:
     known = set(get_command(program()).commands)
-    code = re.findall(r"```sh\n.*?```|`[^`\n]+`", document.read_text(), re.DOTALL)
+    code = re.findall(r"```sh\n.*?```|`[^`\n]+`", document.read_text(encoding="utf-8"), re.DOTALL)
     used = {command for part in code for command in re.findall(r"(?<!--)\brvjax ([a-z]+)", part)}
     assert used <= known
 
 
+def test_readme_links_every_document() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert [path.name for path in (ROOT / "docs").glob("*.md") if f"docs/{path.name}" not in readme] == []
+
+
+def test_readme_names_every_campaign() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert [path.name for path in (ROOT / "campaigns").glob("*.yaml") if path.name not in readme] == []
+
+
 def test_ci_runs_the_command_of_the_readme() -> None:
-    readme, script = (ROOT / "README.md").read_text(), (ROOT / ".ci" / "run").read_text()
+    readme, script = (ROOT / "README.md").read_text(encoding="utf-8"), (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     command = re.search(r'^command="(.*)"$', script, re.MULTILINE)
     assert command is not None
     assert command[1] in readme.splitlines()
+    assert command[1] in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").splitlines()
+
+
+def test_citation_has_the_version() -> None:
+    assert f"\nversion: {rvjax.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
