@@ -1,4 +1,4 @@
-"""Controllers: one file = one member. A component's `build(parameters)` gives a `Controller` (`controllers.interface`)."""
+"""Controllers: a file per member. A component's `build(parameters)` gives a `Controller` (`controllers.interface`)."""
 
 from __future__ import annotations
 

@@ -1,17 +1,17 @@
-"""Adaptive backstepping with an anti-windup auxiliary system, which takes what the saturation withholds out of the error.
+"""Adaptive backstepping with an anti-windup auxiliary system, which removes the effect of saturation from the error.
 
     ζ̇ = −K_ζζ + h(u) − u                             auxiliary system [N·s, N·m·s]
     z̄ = z₂ − M₀⁻¹ζ,   M₀ = diag(m₀ I, J₀ I)          error without the saturation's part
     v = u = −[Yθ̂ + K₂z̄ − Cα₁ + K_ζζ],   θ̂̇ = Γ Yᵀz̄, projected
 
-α₁, z₂, Y: `physics.backstepping`; h(u): the flown saturation, as the drive electronics report it; m₀ and J₀: where θ̂ starts.
-M z̄̇ = −Yθ̃ − K₂z̄ + Cα₁ + d − (M − M₀)ζ̇: the saturation is gone from the error but for the mismatch of M₀, so it neither winds
-up the estimates nor is answered by more command. With M = M₀, without faults and disturbances,
+α₁, z₂, Y: `physics.backstepping`; h(u): the simulated saturation, as the drive electronics report it; m₀, J₀: initial θ̂.
+M z̄̇ = −Yθ̃ − K₂z̄ + Cα₁ + d − (M − M₀)ζ̇: except for the mismatch of M₀, saturation does not enter the error, so it neither winds
+up the estimates nor raises the command. With M = M₀, without faults and disturbances,
 V = V₁ + ½z̄ᵀMz̄ + ½θ̃ᵀΓ⁻¹θ̃ falls as V̇ = −α₁ᵀCα₁ − z̄ᵀK₂z̄ − α₁ᵀC M₀⁻¹ζ, in saturation too; unsaturated, ζ = 0.
 
 M. Chen, S. S. Ge, B. Ren, "Adaptive tracking control of uncertain MIMO nonlinear systems with input constraints", Automatica,
 2011 (auxiliary design system). Baseline of this project; gains: docs/controllers.md.
-Does not do: bound or estimate disturbances, tolerate faults; what a failed actuator withholds is not in h(u).
+Does not bound or estimate disturbances, or tolerate faults; h(u) does not contain the loss of a failed actuator.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Gains(
     with_defaults(FirstErrorGains, c_force=11.0, c_torque=0.8),
     AdaptationGains,
 ):
-    """Numbers of the law."""
+    """Gains of the controller."""
 
     k_zeta_force: Quantity = scalar("1/s", default=0.16, above=0.0, doc="leak K_ζ of the force channels")
     k_zeta_torque: Quantity = scalar("1/s", default=0.55, above=0.0, doc="leak K_ζ of the torque channels")
@@ -91,7 +91,7 @@ SIGNALS = {
 
 
 def build(parameters: Parameters) -> Controller:
-    """The law."""
+    """The controller."""
     del parameters
     return Controller(start, respond, SIGNALS)
 

@@ -1,4 +1,4 @@
-"""Command-filtered adaptive backstepping: a second-order filter differentiates the virtual velocity, compensated errors undo it.
+"""Command-filtered adaptive backstepping: a second-order filter differentiates the virtual velocity; its error is compensated.
 
     α = A(z̄₁) + A(ξ₁),   A(x) = (−k₁x_ρ/√(1+(k₁|x_ρ|/v_max)²), −k_σx_σ)        virtual velocity
     α̈_f = −2ζω_n α̇_f − ω_n² (α_f − α),   z₂ = (ν, ω) − α_f                      command filter
@@ -6,15 +6,15 @@
     ξ̇_ρ = −Ω×ξ_ρ + A(ξ_ρ) + (α_f − α)_ν + ξ_ν,   ξ̇_σ = G(σ) [A(ξ_σ) + (α_f − α)_ω + ξ_ω],   z̄₁ = (ρ, σ) − ξ₁
     M₀ξ̇₂ = −K₂ξ₂ + h(u) − u,   z̄₂ = z₂ − ξ₂,   θ̂̇ = Γ Yᵀz̄₂, projected
 
-G, Ω, h: `physics.vectors`, `physics.state`, the flown saturation. M₀ = diag(m₀ I, J₀ I), where θ̂ starts. A ramp of slope a
-passes the filter with the lag 2ζ/ω_n · a. ξ follows what the filter and the saturation withhold, so the compensated errors know
-of neither: with M = M₀, without faults and disturbances, V = V₁(z̄₁) + ½z̄₂ᵀMz̄₂ + ½θ̃ᵀΓ⁻¹θ̃ falls as
+G, Ω, h: `physics.vectors`, `physics.state`, the simulated saturation. M₀ = diag(m₀ I, J₀ I), the initial θ̂. The filter
+follows a ramp of slope a with the error 2ζ/ω_n · a. ξ follows the errors of the filter and the saturation, so neither enters the
+compensated errors: with M = M₀, without faults and disturbances, V = V₁(z̄₁) + ½z̄₂ᵀMz̄₂ + ½θ̃ᵀΓ⁻¹θ̃ falls as
 V̇ = −C_f|A(z̄_ρ)|² − 4C_τk_σ² z̄_σᵀG z̄_σ − z̄₂ᵀK₂z̄₂ for any ω_n. With A linear and no saturation this is the paper's law. The filter
-needs no derivative of α; it stands where the controller under test has the analytic α̇₁ and the Levant differentiator.
+needs no derivative of α; it replaces the analytic α̇₁ and the Levant differentiator of saturated-adaptive.
 
 J. Farrell, M. Polycarpou, M. Sharma, W. Dong, "Command filtered backstepping", IEEE Trans. Automatic Control, 2009; ξ₂ as in
-their constrained form of 2005. Baseline of this project; gains: docs/controllers.md. Does not do: bound or estimate
-disturbances, tolerate faults. At an MRP switch (|σ| > 1) ξ_σ does not switch with σ.
+their constrained form of 2005. Baseline of this project; gains: docs/controllers.md. Does not bound or estimate
+disturbances, or tolerate faults. At an MRP switch (|σ| > 1) ξ_σ does not switch with σ.
 """
 
 from __future__ import annotations
@@ -50,18 +50,18 @@ class Gains(
     with_defaults(FirstErrorGains, c_force=2.0, c_torque=2.8),
     AdaptationGains,
 ):
-    """Numbers of the law."""
+    """Gains of the controller."""
 
     filter_rad_s: Quantity = scalar("rad/s", default=25.0, above=0.0, doc="natural frequency ω_n of the command filter")
     filter_damping: Quantity = scalar("1", default=1.0, above=0.0, doc="damping ζ of the command filter")
 
     @model_validator(mode="after")
     def _fast_enough(self) -> Self:
-        """A filter that is slower than the loop whose command it filters is none of that command."""
+        """The filter must be faster than the loop whose command it filters."""
         ((slowest, _),), ((_, loop),) = self.filter_rad_s.supports, self.k1.supports
         if slowest <= loop:
-            found = "the command filter is not faster than the position loop"
-            refuse(Problem(found, f"accepted: above k1, {loop:g} rad/s, in every draw", ("filter_rad_s",)))
+            words = "the command filter is not faster than the position loop"
+            refuse(Problem(words, f"accepted: above k1, {loop:g} rad/s, in every draw", ("filter_rad_s",)))
         return self
 
 
@@ -132,7 +132,7 @@ SIGNALS = {
 
 
 def build(parameters: Parameters) -> Controller:
-    """The law."""
+    """The controller."""
     del parameters
     return Controller(start, respond, SIGNALS)
 

@@ -1,17 +1,17 @@
-"""Disturbance-observer fault-tolerant controller: one observer for everything unknown, and its compensation.
+"""Disturbance-observer fault-tolerant controller: estimates the lumped disturbance and compensates it.
 
-    M₀ẋ₂ = Y₀θ₀ + h(v) + D,   x₂ = (ν, ω)             D: faults, disturbances, the mismatch of m₀ and J₀, one wrench
+    M₀ẋ₂ = Y₀θ₀ + h(v) + D,   x₂ = (ν, ω)             D: faults, disturbances, mismatch of m₀ and J₀
     D̂ = p + L M₀x₂,   ṗ = −L [Y₀θ₀ + h(v) + D̂]        observer; D̂(0) = 0
     v = −[Yθ₀ + K₂z₂ − Cα₁ + D̂]
 
 Y₀: Y about zero virtual velocity, so that Y₀θ₀ = (m₀(n − Ω×ν), J₀(ω×Rω_t − Rω̇_t) − Ω×J₀Ω); α₁, z₂, Y: `physics.backstepping`;
-M₀ = diag(m₀ I, J₀ I). Then D̂̇ = L (D − D̂): D̂ is D behind a first-order lag of bandwidth L, and the error of a constant D falls
-as e^{−Lt}. h(v) is what the electronics report, so saturation is not taken for a disturbance, and D̂ does not grow with it.
+M₀ = diag(m₀ I, J₀ I). Then D̂̇ = L (D − D̂): D̂ is D after a first-order lag of bandwidth L, and the error of a constant D falls
+as e^{−Lt}. The electronics report h(v), so saturation does not count as a disturbance and D̂ does not grow with it.
 A loss of effectiveness, D = (e − 1)h(v), depends on v: D̂ then follows at the rate eL (m₀/m), which is stable for every e > 0.
 
 W.-H. Chen, D. Ballance, P. Gawthrop, J. O'Reilly, "A nonlinear disturbance observer for robotic manipulators", IEEE Trans.
-Industrial Electronics, 2000. Baseline of this project; gains: docs/controllers.md. Does not do: tell a fault from a
-disturbance, adapt mass or inertia; D̂ follows a measured velocity, so its noise is amplified by L M₀.
+Industrial Electronics, 2000. Baseline of this project; gains: docs/controllers.md. Does not distinguish faults
+from disturbances, or adapt mass and inertia. D̂ follows a measured velocity, so its noise is amplified by L M₀.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Gains(
     with_defaults(FirstErrorGains, c_force=3.4, c_torque=5.8),
     NominalGains,
 ):
-    """Numbers of the law."""
+    """Gains of the controller."""
 
     observer_force_rad_s: Quantity = scalar("rad/s", default=0.99, above=0.0, doc="bandwidth L of the force channels")
     observer_torque_rad_s: Quantity = scalar("rad/s", default=0.91, above=0.0, doc="bandwidth L of the torque channels")
@@ -62,7 +62,7 @@ class Control(NamedTuple):
 
 
 def free(measurement: Measurement) -> Tracking:
-    """x₂ in the place of z₂, and Y₀ in that of Y."""
+    """Tracking with zero virtual velocity: x₂ for z₂ and Y₀ for Y."""
     zero = measurement.upper * 0.0
     return following(
         measurement, relative(measurement.motion, measurement.target, measurement.alpha_t, measurement.port), zero, zero
@@ -96,7 +96,7 @@ SIGNALS = {"disturbance": Column("disturbance", WRENCH, "estimated lumped distur
 
 
 def build(parameters: Parameters) -> Controller:
-    """The law."""
+    """The controller."""
     del parameters
     return Controller(start, respond, SIGNALS)
 

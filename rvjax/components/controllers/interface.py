@@ -1,4 +1,4 @@
-"""What a controller is: two functions of one sample at one instant."""
+"""Interface of a controller: two functions of a sample at an instant."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rvjax.physics.vectors import Channels
 WRENCH = "N, N·m"
 
 Saturate = Callable[[Channels], tuple[Channels, Channels]]
-"""v → (h(v), h'(v)) of the flown actuators: what the drive electronics report back."""
+"""v → (h(v), h'(v)) of the simulated actuators, as the drive electronics report it."""
 
 
 ESTIMATES = {
@@ -23,7 +23,7 @@ ESTIMATES = {
 
 
 class Response(NamedTuple):
-    """command: v before the saturation [N, N·m]; rate: of the controller's own state; report: for metrics and traces."""
+    """command: v before the saturation [N, N·m]; rate: of the controller's state; report: for metrics and traces."""
 
     command: Channels
     rate: Any
@@ -31,9 +31,9 @@ class Response(NamedTuple):
 
 
 class Controller(NamedTuple):
-    """start(measurement, gains) → the controller's own state at t = 0; respond(measurement, state, saturate, gains) → `Response`.
+    """start(measurement, gains) → the controller's state at t = 0; respond(measurement, state, saturate, gains) → `Response`.
 
-    signals: unit and meaning of each signal of its report; the unit WRENCH is that of the channel.
+    signals: unit and meaning of each signal in its report; the unit WRENCH stands for N or N·m, depending on the channel.
     """
 
     start: Callable[[Measurement, Numbers], Any]

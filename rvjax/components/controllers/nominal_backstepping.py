@@ -1,14 +1,14 @@
-"""Nominal adaptive backstepping with a hard clip: estimates mass and inertia, knows no faults and no limits.
+"""Nominal adaptive backstepping with a hard clip: estimates mass and inertia, ignores faults and limits.
 
     u = −[Yθ̂ + K₂z₂ − Cα₁],   v = min(max(u, −u⁻), u⁺) at the nominal limits
     θ̂̇ = Γ Yᵀz₂, projected into bounds, and never frozen
 
 α₁, z₂, Y: `rvjax.physics.backstepping`. With no faults, disturbances or limits, V = V₁ + ½z₂ᵀMz₂ + ½θ̃ᵀΓ⁻¹θ̃ falls as
-V̇ = −α₁ᵀCα₁ − z₂ᵀK₂z₂, whatever the mass and inertia are. Behind the clip that proof is void: while z₂ is large because the
-actuators are at their limit, the estimates go on moving (they wind up).
+V̇ = −α₁ᵀCα₁ − z₂ᵀK₂z₂, whatever the mass and inertia are. With the clip, this proof does not hold: while z₂ is large because
+the actuators are at their limit, the estimates keep changing (wind-up).
 
 M. Krstić, I. Kanellakopoulos, P. Kokotović, "Nonlinear and adaptive control design", 1995, ch. 3–4. Baseline of this project;
-gains: docs/controllers.md. Does not do: bound or estimate disturbances, compensate the clip, tolerate faults.
+gains: docs/controllers.md. Does not bound or estimate disturbances, compensate the clip, or tolerate faults.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Gains(
     with_defaults(FirstErrorGains, c_force=3.8, c_torque=7.2),
     AdaptationGains,
 ):
-    """Numbers of the law."""
+    """Gains of the controller."""
 
 
 class Parameters(Model):
@@ -73,7 +73,7 @@ def respond(measurement: Measurement, state: Control, saturate: Saturate, gains:
 
 
 def build(parameters: Parameters) -> Controller:
-    """The law."""
+    """The controller."""
     del parameters
     return Controller(start, respond, ESTIMATES)
 

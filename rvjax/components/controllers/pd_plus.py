@@ -35,7 +35,7 @@ class Parameters(Model):
 
 
 def respond(measurement: Measurement, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
-    """v = (f, τ); the controller has no state of its own."""
+    """v = (f, τ)."""
     del saturate
     motion = measurement.motion
     known = relative(motion, measurement.target, measurement.alpha_t, measurement.port)
@@ -48,7 +48,7 @@ def respond(measurement: Measurement, state: tuple[()], saturate: Saturate, gain
 
 
 def build(parameters: Parameters) -> Controller:
-    """A law without a state of its own."""
+    """The controller, which has no state."""
     del parameters
     return Controller(lambda measurement, gains: (), respond)
 

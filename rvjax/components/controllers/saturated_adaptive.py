@@ -7,12 +7,11 @@
        Nussbaum           χ̇ = γ_χ (z₃/u)(w̄/u)
     4  differentiator     α̂̇₂ from α₂ (`rvjax.physics.differentiators`)
 
-ε(t) = ε, or ε e^{−at} where it decays. u: mean of the nominal limits.
+ε(t) = ε, or ε e^{−at} with `epsilon: decaying`. u: mean of the nominal limits.
 
-The smooth asymmetric saturation, the augmented system, the Nussbaum matrix and the Levant differentiator are the paper's
-(K. Xia, W. Huo, ISA Transactions, 2018); every formula here is a reconstruction that agrees with them. The commanded wrench
-h(v) and its slope are known to the controller; mass, inertia, faults and disturbances are not. Limits of the theory:
-docs/model.md.
+The smooth asymmetric saturation, the augmented system, the Nussbaum matrix and the Levant differentiator are from K. Xia, W. Huo,
+ISA Transactions, 2018; the formulas here are reconstructions that agree with it. The controller knows the commanded wrench h(v)
+and its slope, but not mass, inertia, faults or disturbances. Limits of the theory: docs/model.md.
 """
 
 from __future__ import annotations
@@ -48,24 +47,24 @@ from rvjax.physics.vectors import Channels, Scalar, Symmetric, each, split
 
 
 class Gains(RobustGains, TrackingGains, AdaptationGains):
-    """Numbers of the law. Rates of adaptation in the units that the equations give them."""
+    """Gains of the controller. Adaptation rates have the units that follow from the equations."""
 
     k3: Quantity = scalar("1/s", default=2.0, above=0.0, doc="wrench gain K₃")
     kappa: Quantity = scalar("1/s", default=0.5, above=0.0, doc="leak κ of the augmented state")
     gamma_chi: Quantity = scalar("1", default=0.02, at_least=0.0, doc="rate γ_χ of the Nussbaum arguments")
-    epsilon_decay: Quantity = scalar("1/s", default=0.01, above=0.0, doc="decay a of ε(t) = ε e^{−at} where it decays")
+    epsilon_decay: Quantity = scalar("1/s", default=0.01, above=0.0, doc="decay rate a of ε(t) = ε e^{−at} if decaying")
     levant_share: Quantity = scalar("1/s²", default=0.2, above=0.0, doc="Levant's L as a share of the mean limit")
     filter_rad_s: Quantity = scalar("rad/s", default=5.0, above=0.0, doc="bandwidth of the filtered derivative")
     clip_share: Quantity = scalar("1", default=0.95, above=0.0, at_most=1.0, doc="clip of α₂ as a share of the nominal limits")
 
 
 class Parameters(Model):
-    """Which parts of the law fly; the gains."""
+    """Parts of the controller and gains."""
 
-    shaped: bool = flag(default=True, doc="virtual velocity and wrench kept inside the limits (false: the textbook law)")
+    shaped: bool = flag(default=True, doc="keep virtual velocity and wrench inside the limits (false: textbook backstepping)")
     nussbaum: Literal["exp-cos", "quadratic-cos", "none"] = option(default="exp-cos", doc="Nussbaum gain N(χ)")
-    derivative: Literal["levant", "filtered", "none"] = option(default="levant", doc="derivative of the virtual wrench")
-    epsilon: Literal["constant", "decaying"] = option(default="constant", doc="width ε of the robust term over time")
+    derivative: Literal["levant", "filtered", "none"] = option(default="levant", doc="differentiator of the virtual wrench")
+    epsilon: Literal["constant", "decaying"] = option(default="constant", doc="width ε of the robust term: constant or decaying")
     adapt_parameters: bool = flag(default=True, doc="adapt m̂ and Ĵ")
     adapt_bound: bool = flag(default=True, doc="adapt the disturbance bounds D̂")
     gains: Gains = part(default={}, doc="gains")
@@ -135,7 +134,7 @@ SIGNALS = {
 
 
 def build(parameters: Parameters) -> Controller:
-    """The law with its options fixed."""
+    """The controller with these options."""
     return Controller(partial(start, parameters), partial(respond, parameters), SIGNALS)
 
 

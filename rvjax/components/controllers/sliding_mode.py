@@ -5,10 +5,10 @@
 
 α, Y: `physics.backstepping`. On s = 0 the errors fall as ρ̇ = α_ν − Ω×ρ and σ̇ = G(σ)α_ω. With the nominal plant and an unknown
 wrench d, M₀ṡ = d − M₀K sat(s/φ): |s| falls outside the boundary layer |s| ≤ φ as long as |d| < M₀K, and inside it comes to
-rest at |s| = φ|d|/(M₀K). So a constant d leaves an error, the smaller the steeper the layer; without a layer v would chatter.
+rest at |s| = φ|d|/(M₀K). A constant d leaves an error, which falls with the slope of the layer; without a layer v would chatter.
 
 J.-J. Slotine, W. Li, "Applied nonlinear control", 1991, ch. 7. Baseline of this project; gains: docs/controllers.md.
-Does not do: estimate anything, look at the actuators.
+Does not estimate anything or use the actuators' state.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Parameters(Model):
 
 
 def respond(measurement: Measurement, state: tuple[()], saturate: Saturate, gains: Numbers) -> Response:
-    """v; the controller has no state of its own."""
+    """v."""
     del saturate
     now = tracking(True, measurement, gains)
     depth = now.z2 / Channels.pair(gains.phi_force, gains.phi_torque)
@@ -54,7 +54,7 @@ SIGNALS = {"depth": Column("depth", "1", "sliding variable as a share of the bou
 
 
 def build(parameters: Parameters) -> Controller:
-    """A law without a state of its own."""
+    """The controller, which has no state."""
     del parameters
     return Controller(lambda measurement, gains: (), respond, SIGNALS)
 

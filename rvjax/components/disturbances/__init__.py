@@ -1,4 +1,4 @@
-"""Disturbances: one file = one member. A component's `build(parameters)` gives a `Disturbance`
+"""Disturbances: a file per member. A component's `build(parameters)` gives a `Disturbance`
 (`rvjax.components.disturbances.interface`)."""
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from rvjax.physics.vectors import Channels, Scalar
 
 
 class Parameters(Model):
-    """The wrench, in the pursuer's frame."""
+    """The wrench, in P."""
 
     force_N: Quantity = vector("N", default=0.0, doc="disturbance force f")
     torque_Nm: Quantity = vector("N·m", default=0.0, doc="disturbance torque τ")

@@ -1,11 +1,11 @@
-"""Differential drag: what the air does to the pursuer and not to the target, whose motion the plant integrates undisturbed.
+"""Differential drag: drag on the pursuer minus drag on the target. The plant integrates the target's motion without drag.
 
     d_f = m (a_p − a_t),   a = −½ ϱ β |v| v,   v_t: of the target,   v_p = R(v_t + ω_t×δ) + ν
 
-β = C_d A/m: ballistic coefficient; ϱ: density, the same for both, who are close to each other; v: inertial velocity, in P, so
-the atmosphere stands still in inertial space. One that turns with the Earth meets a body on an eastward equatorial orbit with
-0.5 km/s of 7.6 km/s less, which is an eighth of the drag, and one on a polar orbit from 4° beside; the density of a given day is
-known no better than to a factor of two, which is what to draw it for. No torque.
+β = C_d A/m: ballistic coefficient; ϱ: density, the same for both because they are close; v: inertial velocity, in P. The
+atmosphere does not rotate. Rotation with the Earth would lower the relative speed on an eastward equatorial orbit by 0.5 km/s of
+7.6 km/s, an eighth of the drag, and turn it by 4° on a polar orbit. The density on a given day is known only to a factor of two,
+so draw it. No torque.
 
 D. Vallado, "Fundamentals of astrodynamics and applications", 2013, §8.6.2.
 """
@@ -21,7 +21,7 @@ from rvjax.physics.vectors import Channels, Scalar, Vector, cross, norm, rotate
 
 
 class Parameters(Model):
-    """The air, and how much of it each body meets."""
+    """Density of the air and ballistic coefficients."""
 
     density_kg_m3: Quantity = scalar("kg/m³", at_least=0.0, doc="density ϱ of the air; at 500 km 1e-13 to 5e-12")
     pursuer_m2_kg: Quantity = scalar("m²/kg", at_least=0.0, doc="ballistic coefficient β of the pursuer, C_d A/m")

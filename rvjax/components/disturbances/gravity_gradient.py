@@ -16,7 +16,7 @@ from rvjax.physics.vectors import Channels, Scalar
 
 
 class Parameters(Model):
-    """None: the torque follows from the motion."""
+    """No parameters: the torque follows from the motion."""
 
 
 def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], numbers: Numbers) -> Channels:

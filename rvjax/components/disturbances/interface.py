@@ -1,4 +1,4 @@
-"""What a disturbance is: functions of one sample at one instant."""
+"""Interface of a disturbance: functions of a sample at an instant."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from rvjax.physics.vectors import Channels, Scalar
 class Disturbance(NamedTuple):
     """push(t, y, relative geometry, plant, memory, numbers) → disturbance wrench on the pursuer's centre of mass, in P [N, N·m].
 
-    start(numbers) → memory before the first step. keep(tick, y, memory, numbers) → memory of the step that begins with the tick;
-    y: the state at that instant. The memory of a step is held during it.
+    start(numbers) → memory before the first step. keep(tick, y, memory, numbers) → memory of the step that begins at the tick;
+    y: the state at that instant. The memory is held during the step.
     """
 
     push: Callable[[Scalar, State, Relative, Plant, Any, Numbers], Channels]
@@ -25,11 +25,13 @@ class Disturbance(NamedTuple):
     keep: Callable[[Tick, State, Any, Numbers], Any] = lambda tick, y, memory, numbers: memory
 
 
-def loud(quantities: Iterable[tuple[str, Quantity]], force: Quantity, torque: Quantity) -> Iterator[tuple[str, Quantity]]:
-    """The quantities of a member; a channel whose size is fixed at 0 has no rate, phase or time constant to draw."""
-    heard = [part != Fixed(0.0) for size in (force, torque) for part in size.parts or (None,) * 3]
+def without_silent(
+    quantities: Iterable[tuple[str, Quantity]], force: Quantity, torque: Quantity
+) -> Iterator[tuple[str, Quantity]]:
+    """The quantities of a member, without draws of rate, phase or time constant for channels whose size is fixed at 0."""
+    active = [part != Fixed(0.0) for size in (force, torque) for part in size.parts or (None,) * 3]
     for name, quantity in quantities:
         if quantity.shape == "channels":
-            parts = zip(quantity.parts, heard, strict=True)
+            parts = zip(quantity.parts, active, strict=True)
             quantity = replace(quantity, parts=tuple(part if on else Fixed(1.0) for part, on in parts))
         yield name, quantity

@@ -1,19 +1,19 @@
-"""Oblateness of the Earth: how J2 pulls the pursuer otherwise than the target, whose motion the plant integrates undisturbed.
+"""Differential J2: J2 acceleration of the pursuer minus that of the target. The plant integrates the target's motion without J2.
 
     d_f = m [a(r + Δ) − a(r)],   a(r) = −3/2 J₂ μ R_E²/|r|⁴ [(1 − 5s²) r̂ + 2s k],   s = r̂ᵀk,   r̂ = r/|r|
     k = cos i ĥ + sin i (sin u r̂ + cos u ĥ×r̂),   ĥ = r×v/|r×v|,   u̇ = |r×v|/|r|²
 
-r, v: of the target; Δ: from it to the pursuer; k: the Earth's pole, from the inclination i and the argument of latitude u,
-because the plant knows no pole. J2 itself turns the orbit by 1e-6 rad/s; this model leaves i and ĥ as they are. u goes from step
-to step by its first two derivatives: wrong by about e|u̇|³h²t/3 after the time t, 3e-11 rad for e = 0.1, h = 0.05 s and t = 300 s.
-No torque: J2's is a few thousandths of the gravity gradient's.
+r, v: of the target; Δ: from the target to the pursuer; k: the Earth's pole, from the inclination i and the argument of latitude
+u, because the plant has no pole. J2 turns the orbit by 1e-6 rad/s; this model keeps i and ĥ constant. u is integrated with its
+first two derivatives; the error is about e|u̇|³h²t/3 after the time t: 3e-11 rad for e = 0.1, h = 0.05 s and t = 300 s. No torque:
+that of J2 is a few thousandths of the gravity gradient.
 
-With n = r̂, δ = Δ/|r|, d = δᵀk, q = 2nᵀδ + δᵀδ, p = √(1+q) = |r+Δ|/|r|, φ_j = p^{−j} − 1, every difference is written out:
+With n = r̂, δ = Δ/|r|, d = δᵀk, q = 2nᵀδ + δᵀδ, p = √(1+q) = |r+Δ|/|r|, φ_j = p^{−j} − 1, the difference is
 
     a(r+Δ) − a(r) = −3/2 J₂ μ R_E²/|r|⁴ { p⁻⁵δ + φ₅n − 5[(s+d)²p⁻⁷δ + (d(2s+d)p⁻⁷ + s²φ₇)n] + 2(p⁻⁵d + φ₅s)k }
 
-without the cancellation of two numbers of 1e-2 m/s² (1e-7 apart at 30 m). D. Vallado, "Fundamentals of astrodynamics and
-applications", 2013, §8.7.1; J₂, R_E: EGM2008.
+which avoids the cancellation of two numbers of 1e-2 m/s² that differ by 1e-7 at 30 m. D. Vallado, "Fundamentals of astrodynamics
+and applications", 2013, §8.7.1; J₂, R_E: EGM2008.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ EARTH_RADIUS_M = 6378136.3
 
 
 class Parameters(Model):
-    """How the orbit lies towards the equator."""
+    """Inclination and argument of latitude of the orbit."""
 
     inclination_rad: Quantity = scalar(
         "rad", key="inclination_deg", at_least=0.0, at_most=180.0, doc="inclination i of the orbit"
@@ -58,7 +58,7 @@ class Phase(NamedTuple):
 
 
 def start(numbers: Numbers) -> Phase:
-    """u as it is given; the first step finds out how fast it goes."""
+    """The initial u; the first step computes its rate."""
     zero = numbers.latitude_rad * 0.0
     return Phase(zero, numbers.latitude_rad, zero, zero)
 
@@ -86,7 +86,7 @@ def pole(target: TargetMotion, u: Scalar, inclination: Scalar) -> Vector:
 
 
 def difference(r: Vector, delta: Vector, k: Vector) -> Vector:
-    """a(r + Δ) − a(r) of J2 [m/s²]; r, Δ [m] and the pole k in one frame."""
+    """a(r + Δ) − a(r) of J2 [m/s²]; r, Δ [m] and the pole k in the same frame."""
     distance = norm(r)
     n, off = r / distance, delta / distance
     s, d = dot(n, k), dot(off, k)

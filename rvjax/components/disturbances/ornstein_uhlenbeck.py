@@ -1,9 +1,9 @@
-"""Coloured noise on the pursuer: an Ornstein-Uhlenbeck process of its own in every channel, fixed in P.
+"""Coloured noise on the pursuer: an independent Ornstein-Uhlenbeck process in every channel, fixed in P.
 
     x_{k+1} = e^{−h/τ} x_k + s √(1 − e^{−2h/τ}) ξ_k,   x₀ = s ξ₀,   ξ: standard normal, independent
 
-The exact discretisation of ẋ = −x/τ + s √(2/τ) · white noise, started stationary: variance s² at every step, correlation
-e^{−|t−t'|/τ} between two, whatever the step h. During a step the wrench stands (D. Gillespie, "Exact numerical simulation of the
+The exact discretisation of ẋ = −x/τ + s √(2/τ) · white noise, stationary from the start: variance s² at every step and
+correlation e^{−|t−t'|/τ} for any step h. The wrench is held during a step (D. Gillespie, "Exact numerical simulation of the
 Ornstein-Uhlenbeck process and its integral", Physical Review E, 1996).
 """
 
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 import jax.numpy as jnp
 
 from rvjax.campaign import Model, Quantity, channels, vector
-from rvjax.components.disturbances.interface import Disturbance, loud
+from rvjax.components.disturbances.interface import Disturbance, without_silent
 from rvjax.components.registry import Component
 from rvjax.physics.dynamics import Relative
 from rvjax.physics.noise import normals
@@ -23,31 +23,31 @@ from rvjax.physics.vectors import Channels, Scalar, each
 
 
 class Parameters(Model):
-    """How large and how slow it is, channel by channel."""
+    """Standard deviation and time constant, per channel."""
 
     force_N: Quantity = vector("N", default=0.0, at_least=0.0, doc="standard deviation s of the force channels")
     torque_Nm: Quantity = vector("N·m", default=0.0, at_least=0.0, doc="standard deviation s of the torque channels")
-    time_constant_s: Quantity = channels("s", above=0.0, doc="time constant τ, after which e^{−1} of the correlation is left")
+    time_constant_s: Quantity = channels("s", above=0.0, doc="time constant τ; the correlation is e^{−1} after τ")
 
     def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
-        return loud(super()._quantities(prefix), self.force_N, self.torque_Nm)
+        return without_silent(super()._quantities(prefix), self.force_N, self.torque_Nm)
 
 
 def start(numbers: Numbers) -> Channels:
-    """Nothing before the flight; the first step draws x₀."""
+    """Zero before the flight; the first step draws x₀."""
     return Channels(numbers.force_N * 0.0, numbers.torque_Nm * 0.0)
 
 
 def keep(tick: Tick, y: State, memory: Channels, numbers: Numbers) -> Channels:
-    """x_k; without a step before it, all of it is new."""
+    """x_k; s ξ₀ in the first step."""
     del y
 
-    def next_one(x: Scalar, sd: Scalar, tau: Scalar, xi: Scalar) -> Scalar:
+    def following(x: Scalar, sd: Scalar, tau: Scalar, xi: Scalar) -> Scalar:
         fall = jnp.where(tick.k == 0, -1.0, jnp.expm1(-tick.h / tau))  # e^{−h/τ} − 1
         return (1.0 + fall) * x + sd * jnp.sqrt(-fall * (2.0 + fall)) * xi
 
     xi = Channels.of(normals(numbers.noise, tick.k, 6))
-    return each(next_one, memory, Channels(numbers.force_N, numbers.torque_Nm), numbers.time_constant_s, xi)
+    return each(following, memory, Channels(numbers.force_N, numbers.torque_Nm), numbers.time_constant_s, xi)
 
 
 def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: Channels, numbers: Numbers) -> Channels:

@@ -1,12 +1,12 @@
 """Plume of a thruster on the pursuer: pulses of force and torque, fixed in P.
 
     d(t) = a (f, τ) [S(x) − S(x − w/e)],   x = ((t − t₁) mod T)/e for t ≥ t₁
-    S(x) = x³(10 − 15x + 6x²) for 0 ≤ x ≤ 1,   0 before, 1 behind
+    S(x) = x³(10 − 15x + 6x²) for 0 ≤ x ≤ 1,   0 before, 1 after
 
-A pulse rises from t₁ on within the edge e, falls from t₁ + w on within the same time, and has the impulse a w (f, τ) whatever
-the edge; the next comes a period T later. S is smooth to its second derivative, which is what RK4 needs to stay of order four. An
-edge much shorter than a step h is seen by some stages only: the impulse of a pulse is then wrong by up to ⅔ h a (f, τ). A force
-along a drawn direction: `force_N: {direction: 0.5}`, its size drawn by `strength`.
+A pulse rises from t₁ within the edge time e, falls from t₁ + w within e, and has the impulse a w (f, τ) for any e. The next pulse
+begins a period T later. S has two continuous derivatives, so RK4 keeps its order of 4. If the edge is much shorter than a step h,
+only some stages sample it, and the impulse of a pulse is wrong by up to ⅔ h a (f, τ). A force along a drawn direction:
+`force_N: {direction: 0.5}`, with its size drawn by `strength`.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from rvjax.physics.vectors import Channels, Scalar
 
 
 class Parameters(Model):
-    """Size, direction, length and repetition of the pulses."""
+    """Size, direction, length and period of the pulses."""
 
-    force_N: Quantity = vector("N", default=0.0, doc="force f at the height of a pulse")
-    torque_Nm: Quantity = vector("N·m", default=0.0, doc="torque τ at the height of a pulse")
-    strength: Quantity = scalar("1", default=1.0, doc="factor a on both")
+    force_N: Quantity = vector("N", default=0.0, doc="peak force f of a pulse")
+    torque_Nm: Quantity = vector("N·m", default=0.0, doc="peak torque τ of a pulse")
+    strength: Quantity = scalar("1", default=1.0, doc="factor a on force and torque")
     first_s: Quantity = scalar("s", at_least=0.0, doc="time t₁ at which the first pulse begins")
-    width_s: Quantity = scalar("s", above=0.0, doc="length w of a pulse, from half height to half height")
-    edge_s: Quantity = scalar("s", default=0.25, above=0.0, doc="time e in which it rises, and falls; several steps")
-    period_s: Quantity | None = scalar("s", default=None, above=0.0, doc="from one beginning to the next; without: one pulse")
+    width_s: Quantity = scalar("s", above=0.0, doc="length w of a pulse at half height")
+    edge_s: Quantity = scalar("s", default=0.25, above=0.0, doc="rise and fall time e of a pulse; use several steps")
+    period_s: Quantity | None = scalar("s", default=None, above=0.0, doc="period T of the pulses; null: a single pulse")
 
     @model_validator(mode="after")
     def _apart(self) -> Self:
         if self.period_s is not None:
             longest, (least, _) = self.width_s.supports[0][1] + self.edge_s.supports[0][1], self.period_s.supports[0]
             if longest > least:
-                found = f"a period of {least:g} s is shorter than a pulse of up to {longest:g} s, edge included"
-                refuse(Problem(found, f"accepted: at least {longest:g} s in every draw", ("period_s",)))
+                words = f"a period of {least:g} s is shorter than a pulse of up to {longest:g} s, edge included"
+                refuse(Problem(words, f"accepted: at least {longest:g} s in every draw", ("period_s",)))
         return self
 
 

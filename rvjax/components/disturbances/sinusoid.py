@@ -1,4 +1,4 @@
-"""Sinusoidal disturbance wrench on the pursuer, with its own amplitude, rate and phase in every channel.
+"""Sinusoidal disturbance wrench on the pursuer, with an amplitude, rate and phase for every channel.
 
 dᵢ(t) = aᵢ sin(wᵢ t + φᵢ),   fixed in P
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rvjax.campaign import Model, Quantity, channels, vector
-from rvjax.components.disturbances.interface import Disturbance, loud
+from rvjax.components.disturbances.interface import Disturbance, without_silent
 from rvjax.components.registry import Component
 from rvjax.physics.dynamics import Relative
 from rvjax.physics.fast_trig import sin
@@ -17,7 +17,7 @@ from rvjax.physics.vectors import Channels, Scalar, each
 
 
 class Parameters(Model):
-    """Amplitude, angular frequency and phase, channel by channel."""
+    """Amplitude, angular frequency and phase, per channel."""
 
     force_N: Quantity = vector("N", default=0.0, doc="amplitude of the force channels")
     torque_Nm: Quantity = vector("N·m", default=0.0, doc="amplitude of the torque channels")
@@ -25,7 +25,7 @@ class Parameters(Model):
     phase_rad: Quantity = channels("rad", key="phase_deg", default={"uniform": [0.0, 360.0]}, doc="phase φ at t = 0")
 
     def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
-        return loud(super()._quantities(prefix), self.force_N, self.torque_Nm)
+        return without_silent(super()._quantities(prefix), self.force_N, self.torque_Nm)
 
 
 def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], numbers: Numbers) -> Channels:

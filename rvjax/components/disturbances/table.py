@@ -1,11 +1,10 @@
-"""Wrench over time out of a table, fixed in P.
+"""Wrench over time from a table, fixed in P.
 
-    d(t) = a W(t − t₀)         where a step begins, a straight line in between
-    W: the rows, with straight lines between them; before the first row its wrench, behind the last row the last one's
+    d(t) = a W(t − t₀)         at the beginning of a step, linear during the step
+    W: linear interpolation of the rows; the wrench of the first row before it, that of the last row after it
 
-A file, or rows in the campaign. The table is looked up once a step and no kink lies within one, so RK4 keeps its order; rows
-closer to each other than the step are passed over, a kink within a step is cut off by it. All samples fly the same table; scale
-and shift are drawn for each.
+The table is a file, or rows in the campaign. It is interpolated once per step, so there is no kink within a step and RK4 keeps
+its order. Details shorter than a step are lost. All samples use the same table; scale and shift are drawn for each sample.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ WRENCH = ("fx_N", "fy_N", "fz_N", "tx_Nm", "ty_Nm", "tz_Nm")
 COLUMNS = ("t_s", *WRENCH)
 MOST_ROWS = 10_000
 MOST_NAMED = 20
-"""Wrong rows that are named."""
+"""Largest number of invalid rows in a message."""
 
 Rows = tuple[tuple[float, ...], ...]
 ROWS = {
@@ -40,32 +39,35 @@ ROWS = {
     "minItems": 2,
     "maxItems": MOST_ROWS,
 }
-"""As JSON Schema."""
+"""JSON Schema of the rows."""
 
 
-def written(given: Any) -> Rows | None:
-    """The rows of a table as they stand in the campaign."""
-    if given is None:
+def read_rows(raw: Any) -> Rows | None:
+    """The rows of a table in a campaign. Reports every problem at once."""
+    if raw is None:
         return None
-    if not is_list(given):
-        refuse(Problem(f"found {describe(given)}", f"accepted: a list of rows [{', '.join(COLUMNS)}]"))
-    wrong = [(row, (index,)) for index, row in enumerate(given) if not is_list(row) or len(row) != len(COLUMNS)] or [
-        (value, (index, place)) for index, row in enumerate(given) for place, value in enumerate(row) if not is_number(value)
+    if not is_list(raw):
+        refuse(Problem(f"found {describe(raw)}", f"accepted: a list of rows [{', '.join(COLUMNS)}]"))
+    wrong = [(row, (index,)) for index, row in enumerate(raw) if not is_list(row) or len(row) != len(COLUMNS)] or [
+        (value, (index, place)) for index, row in enumerate(raw) for place, value in enumerate(row) if not is_number(value)
     ]
     if wrong:
         accepted = f"accepted: {len(COLUMNS)} numbers, {', '.join(COLUMNS)}"
         refuse(*(Problem(f"found {describe(value)}", accepted, place) for value, place in wrong[:MOST_NAMED]))
-    return tuple(tuple(map(float, row)) for row in given)
+    return tuple(tuple(map(float, row)) for row in raw)
 
 
 class Parameters(Model):
-    """The table, in a file or in the campaign itself, and how each sample departs from it."""
+    """The table, in a file or in the campaign, and its scale and shift."""
 
     file: Series | None = series(
-        "t_s", optional=WRENCH, default=None, doc=f"file with the columns t_s and some of {', '.join(WRENCH)}; the others are 0"
+        "t_s",
+        optional=WRENCH,
+        default=None,
+        doc=f"file with the columns t_s and some of {', '.join(WRENCH)}; others are 0",
     )
-    rows: Annotated[Rows | None, BeforeValidator(written), WithJsonSchema(ROWS)] = option(
-        default=None, doc=f"instead of a file, rows [{', '.join(COLUMNS)}]"
+    rows: Annotated[Rows | None, BeforeValidator(read_rows), WithJsonSchema(ROWS)] = option(
+        default=None, doc=f"rows [{', '.join(COLUMNS)}] instead of a file"
     )
     scale: Quantity = scalar("1", default=1.0, doc="factor a on the wrench")
     shift_s: Quantity = scalar("s", default=0.0, doc="delay t₀ of the table")
@@ -73,15 +75,15 @@ class Parameters(Model):
     @model_validator(mode="after")
     def _one_table(self) -> Self:
         if (self.file is None) == (self.rows is None):
-            found = "neither csv nor rows" if self.rows is None else "both csv and rows"
-            refuse(Problem(found, "accepted: one of them", ("csv",), at_key=True))
+            keys = "neither csv nor rows" if self.rows is None else "both csv and rows"
+            refuse(Problem(keys, "accepted: either csv or rows", ("csv",), at_key=True))
         place = ("csv",) if self.rows is None else ("rows",)
         count = len(self.table)
         if not 2 <= count <= MOST_ROWS:
             refuse(Problem(f"rows in the table: {count:,}", f"accepted: 2 to {MOST_ROWS:,}", place))
         for row in np.flatnonzero(np.diff(self.table[:, 0]) <= 0.0)[:1] + 1:
-            found = f"row {row + 1} has the time {self.table[row, 0]:g} s"
-            refuse(Problem(found, "accepted: a time after that of the row before", place))
+            words = f"row {row + 1} has the time {self.table[row, 0]:g} s"
+            refuse(Problem(words, "accepted: a time after that of the row before", place))
         return self
 
     @property
@@ -94,7 +96,7 @@ class Parameters(Model):
         return np.array([self.file[name] if name in self.file.names else nothing for name in COLUMNS]).T
 
 
-class Stretch(NamedTuple):
+class Segment(NamedTuple):
     """The wrench [N, N·m] at the beginning t [s] of a step of length h [s], and at its end."""
 
     t: Scalar
@@ -103,20 +105,20 @@ class Stretch(NamedTuple):
     last: Channels
 
 
-def start(table: NDArray[np.float64], numbers: Numbers) -> Stretch:
-    """The end of no step, at t = 0."""
+def start(table: NDArray[np.float64], numbers: Numbers) -> Segment:
+    """The wrench at t = 0."""
     zero = numbers.scale * 0.0
-    now = looked_up(table, zero, numbers)
-    return Stretch(zero, zero + 1.0, now, now)
+    now = interpolated(table, zero, numbers)
+    return Segment(zero, zero + 1.0, now, now)
 
 
-def keep(table: NDArray[np.float64], tick: Tick, y: State, memory: Stretch, numbers: Numbers) -> Stretch:
-    """It begins with what the step before ended with."""
+def keep(table: NDArray[np.float64], tick: Tick, y: State, memory: Segment, numbers: Numbers) -> Segment:
+    """The segment of this step, which begins at the end of the previous segment."""
     del y
-    return Stretch(tick.t, tick.h, memory.last, looked_up(table, tick.t + tick.h, numbers))
+    return Segment(tick.t, tick.h, memory.last, interpolated(table, tick.t + tick.h, numbers))
 
 
-def looked_up(table: NDArray[np.float64], t: Scalar, numbers: Numbers) -> Channels:
+def interpolated(table: NDArray[np.float64], t: Scalar, numbers: Numbers) -> Channels:
     """a W(t − t₀) [N, N·m]."""
     kind = jnp.result_type(numbers.scale)
     times = jnp.asarray(table[:, 0], kind)
@@ -128,14 +130,14 @@ def looked_up(table: NDArray[np.float64], t: Scalar, numbers: Numbers) -> Channe
     return Channels.of(tuple(numbers.scale * (row[1 + i] + row[7 + i] * since) for i in range(6)))
 
 
-def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: Stretch, numbers: Numbers) -> Channels:
-    """The straight line over the step."""
+def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: Segment, numbers: Numbers) -> Channels:
+    """Linear interpolation over the step."""
     del y, known, plant, numbers
     return memory.first + (memory.last - memory.first) * ((t - memory.t) / memory.h)
 
 
 def build(parameters: Parameters) -> Disturbance:
-    """With this table."""
+    """A disturbance from this table."""
     table = parameters.table
     return Disturbance(push, partial(start, table), partial(keep, table))
 

@@ -1,7 +1,7 @@
-"""Actuator faults: one file = one member. A component's `build(parameters)` gives a `Fault` (`faults.interface`).
+"""Actuator faults: a file per member. A component's `build(parameters)` gives a `Fault` (`faults.interface`).
 
-Every fault has an onset per channel and leaves the wrench as it is before it, bit for bit; it may end again, be intermittent, and
-befall only some channels of a sample. Faults act one after the other in the order of the campaign.
+Every fault has an onset per channel and does not change the wrench before it, bit for bit. It may end, be intermittent, and
+affect only some channels of a sample. Faults act in series, in the order of the campaign.
 """
 
 from __future__ import annotations

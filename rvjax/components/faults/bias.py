@@ -2,7 +2,7 @@
 
     u = h + s u⁺              while the fault acts
 
-s: bias as a share of the channel's true upper limit u⁺, of either sign. The usual additive actuator fault (Xia, Huo, 2018).
+s: bias as a share of the channel's true upper limit u⁺, positive or negative. The usual additive actuator fault (Xia, Huo, 2018).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from rvjax.physics.vectors import Channels
 
 
 class Parameters(FaultParameters):
-    """Size of the bias, channel by channel."""
+    """Size of the bias, per channel."""
 
     share: Quantity = channels("1", at_least=-1.0, at_most=1.0, doc="bias s as a share of the channel's upper limit")
 

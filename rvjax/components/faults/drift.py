@@ -2,7 +2,7 @@
 
     u = h + u⁺ sign(r) min(|r| (t − t_f), s_max)       while the fault acts
 
-r: rate as a share of the channel's true upper limit u⁺ a second, of either sign; s_max: where the drift ends.
+r: rate as a share of the channel's true upper limit u⁺ per second, positive or negative; s_max: largest bias as a share of u⁺.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rvjax.physics.vectors import Channels, Scalar, each
 
 
 class Parameters(FaultParameters):
-    """How fast the bias grows, and how far, channel by channel."""
+    """Growth and size of the bias, per channel."""
 
     growth: Quantity = channels("1/s", doc="rate r of the bias, as a share of the channel's upper limit")
     most: Quantity = channels("1", default=1.0, at_least=0.0, doc="largest bias s_max as a share of the channel's upper limit")

@@ -2,7 +2,7 @@
 
     u = e h,  0 ≤ e ≤ 1       while the fault acts
 
-e = 1: sound; e = 0: lost. The usual multiplicative actuator fault (Xia, Huo, 2018).
+e = 1: healthy; e = 0: lost. The usual multiplicative actuator fault (Xia, Huo, 2018).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from rvjax.physics.vectors import Channels
 
 
 class Parameters(FaultParameters):
-    """Remaining effectiveness, channel by channel."""
+    """Remaining effectiveness, per channel."""
 
     remaining: Quantity = channels("1", at_least=0.0, at_most=1.0, doc="effectiveness e after the onset")
 

@@ -1,8 +1,8 @@
-"""Float of an actuator channel: it gives nothing, whatever is asked of it.
+"""Float of an actuator channel: its output is zero for any command.
 
     u = 0       while the fault acts
 
-The valve that does not open, the wheel that spins freely. With a duration the channel comes back.
+A valve that does not open, a wheel that spins freely. With a duration, the channel recovers.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from rvjax.physics.vectors import Channels
 
 
 class Parameters(FaultParameters):
-    """None of its own."""
+    """No further parameters."""
 
 
 def failed(u: Channels, since: Channels, memory: tuple[()], upper: Channels, numbers: Numbers) -> Channels:

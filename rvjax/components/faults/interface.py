@@ -1,10 +1,10 @@
-"""What a fault is, and what every fault says: on which channels, from when on, for how long, in which samples.
+"""Interface of a fault, and the parameters of every fault: channels, onset, duration, samples.
 
     u = failed(h, t − t_f)    while the fault acts
     u = h                     before its onset t_f and after its end: exactly, bit for bit
 
-A fault acts from t_f to t_f + d (without a duration d: for good); an intermittent one during the first part `duty` of every
-period.
+A fault acts from t_f to t_f + d, or permanently without a duration d. An intermittent fault acts during the first share `duty`
+of every period.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from rvjax.physics.state import Numbers, Tick
 from rvjax.physics.vectors import Channels, Scalar, each
 
 Failed = Callable[[Channels, Channels, Any, Channels, Numbers], Channels]
-"""(u, time since the onset [s], memory, true upper limits, numbers) → u behind the fault while it acts [N, N·m]."""
+"""(u, time since the onset [s], memory, true upper limits, numbers) → output u while the fault acts [N, N·m]."""
 
 
 class Fault(NamedTuple):
-    """act(t, u, memory, upper, numbers) → u behind the fault; upper: true upper limits of the actuators [N, N·m].
+    """act(t, u, memory, upper, numbers) → output u of the fault; upper: true upper limits of the actuators [N, N·m].
 
-    start(u, numbers) → memory before the first step, u = 0. keep(tick, u, memory, numbers) → memory of the step that begins with
-    the tick; u: what comes to the fault at that instant. The memory of a step is held during it.
+    start(u, numbers) → memory before the first step; u = 0. keep(tick, u, memory, numbers) → memory of the step that begins at
+    the tick; u: input of the fault at that instant. The memory is held during the step.
     """
 
     act: Callable[[Scalar, Channels, Any, Channels, Numbers], Channels]
@@ -43,7 +43,7 @@ def since(t: Scalar, numbers: Numbers) -> Channels:
 
 
 def acts(t: Scalar, numbers: Numbers) -> Channels:
-    """Whether the fault acts on each channel: t_f ≤ t < t_f + d, and (t − t_f) mod period < duty · period."""
+    """Whether the fault acts, per channel: t_f ≤ t < t_f + d, and (t − t_f) mod period < duty · period."""
     on = each(lambda onset: t >= onset, numbers.onset_s)
     if "duration_s" in numbers:
         on = each(lambda a, onset, d: a & (t < onset + d), on, numbers.onset_s, numbers.duration_s)
@@ -54,7 +54,7 @@ def acts(t: Scalar, numbers: Numbers) -> Channels:
 
 
 def fault(failed: Failed) -> Fault:
-    """A fault without a memory."""
+    """A fault without memory."""
 
     def act(t: Scalar, u: Channels, memory: Any, upper: Channels, numbers: Numbers) -> Channels:
         return each(jnp.where, acts(t, numbers), failed(u, since(t, numbers), memory, upper, numbers), u)
@@ -63,23 +63,22 @@ def fault(failed: Failed) -> Fault:
 
 
 class FaultParameters(Model):
-    """When a fault acts on which channels, in which samples; on all others it never begins."""
+    """Time, channels and samples of a fault."""
 
     onset_s: Quantity = channels("s", at_least=0.0, doc="time t_f at which the fault begins")
-    duration_s: Quantity | None = channels("s", default=None, above=0.0, doc="how long it lasts; without: for good")
-    period_s: Quantity | None = channels("s", default=None, above=0.0, doc="intermittent: from one beginning to the next")
+    duration_s: Quantity | None = channels("s", default=None, above=0.0, doc="duration d; null: permanent")
+    period_s: Quantity | None = channels("s", default=None, above=0.0, doc="period of an intermittent fault")
     duty: Quantity | None = channels(
-        "1", default=None, above=0.0, at_most=1.0, doc="intermittent: part of the period that it acts"
+        "1", default=None, above=0.0, at_most=1.0, doc="share of the period during which an intermittent fault acts"
     )
     channels: Annotated[
         tuple[str, ...], BeforeValidator(channel_names), WithJsonSchema({"anyOf": [{"const": "all"}, LIST_OF_CHANNELS]})
-    ] = option(default="all", doc="which channels may fail: all, or a list of them")
-    schedule: Schedule | None = part(default=None, doc="which of them fail in a sample; without: all")
+    ] = option(default="all", doc="channels that may fail: all, or a list")
+    schedule: Schedule | None = part(default=None, doc="which of these channels fail in a sample; null: all")
 
     @model_validator(mode="after")
     def _intermittent(self) -> Self:
-        given = {"period_s": self.period_s, "duty": self.duty}
-        missing = [key for key, value in given.items() if value is None]
+        missing = [key for key in ("period_s", "duty") if getattr(self, key) is None]
         if len(missing) == 1:
             refuse(Problem("missing", "accepted: period_s and duty, both or neither", (missing[0],), at_key=True))
         return self

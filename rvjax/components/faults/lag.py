@@ -1,9 +1,9 @@
-"""Loss of rate of an actuator channel: a first-order lag.
+"""Slow actuator channel: a first-order lag.
 
     τ u̇ = h − u,  u(t_f) = h(t_f)       while the fault acts
 
-Solved from step to step for a command that stands during it, u(t) = u_k + (1 − e^{−(t − t_k)/τ})(h(t) − u_k), so u follows an
-exact exponential to a constant command, whatever the step.
+Solved exactly for a command that is constant during a step: u(t) = u_k + (1 − e^{−(t − t_k)/τ})(h(t) − u_k). The response to a
+constant command is an exact exponential for any step.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from rvjax.physics.vectors import Channels, Scalar, each
 
 
 class Parameters(FaultParameters):
-    """How slow it is, channel by channel."""
+    """Time constant, per channel."""
 
     time_constant_s: Quantity = channels("s", above=0.0, doc="time constant τ")
 
@@ -33,7 +33,7 @@ class Output(NamedTuple):
 
 
 def start(u: Channels, numbers: Numbers) -> Output:
-    """Before the first step the actuators are idle."""
+    """Idle actuators before the first step."""
     del numbers
     return Output(u.parts()[0], u)
 
@@ -49,7 +49,7 @@ def act(t: Scalar, u: Channels, memory: Output, upper: Channels, numbers: Number
 
 
 def keep(tick: Tick, u: Channels, memory: Output, numbers: Numbers) -> Output:
-    """What comes out at the end of the step before."""
+    """The output at the end of the previous step."""
     return Output(tick.t, act(tick.t, u, memory, u, numbers))
 
 

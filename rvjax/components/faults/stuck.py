@@ -1,10 +1,10 @@
-"""Actuator channel stuck at a value, or at its last one.
+"""Actuator channel stuck at a value, or at its last value.
 
     u = s u⁺            with a share s of the channel's true upper limit u⁺
-    u = h(t_f)          without: what it gave at the beginning of the step in which the fault begins
+    u = h(t_f)          without a share: the output at the beginning of the step in which the fault begins
 
-while the fault acts; an intermittent one sticks anew every time. The lock-in-place fault (J. Boskovic, R. Mehra, "Multiple-model
-adaptive flight control scheme for accommodation of actuator failures", J. Guidance, Control, and Dynamics, 2002).
+while the fault acts. An intermittent fault sticks at a new value each time. The lock-in-place fault (J. Boskovic, R. Mehra,
+"Multiple-model adaptive flight control scheme for accommodation of actuator failures", J. Guidance, Control, and Dynamics, 2002).
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from rvjax.physics.vectors import Channels, Scalar, each
 
 
 class Parameters(FaultParameters):
-    """Where it sticks, channel by channel."""
+    """Stuck value, per channel."""
 
     share: Quantity | None = channels(
         "1",
         default=None,
         at_least=-1.0,
         at_most=1.0,
-        doc="value s as a share of the channel's upper limit; without: the last value",
+        doc="value s as a share of the channel's upper limit; null: the last value",
     )
 
 
@@ -37,13 +37,13 @@ def failed(u: Channels, since: Channels, memory: tuple[()], upper: Channels, num
 
 
 def start(u: Channels, numbers: Numbers) -> Channels:
-    """Before the first step the actuators are idle."""
+    """Idle actuators before the first step."""
     del numbers
     return u
 
 
 def keep(tick: Tick, u: Channels, memory: Channels, numbers: Numbers) -> Channels:
-    """The last value that came while the fault did not act."""
+    """The last input while the fault did not act."""
     return each(jnp.where, acts(tick.t, numbers), memory, u)
 
 
@@ -54,7 +54,7 @@ def act(t: Scalar, u: Channels, memory: Channels, upper: Channels, numbers: Numb
 
 
 def build(parameters: Parameters) -> Fault:
-    """At a value, or at the last one."""
+    """Stuck at a value if there is a share, else at the last value."""
     return fault(failed) if parameters.share is not None else Fault(act, start, keep)
 
 

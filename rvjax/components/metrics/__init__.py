@@ -1,4 +1,5 @@
-"""Metrics: one file = one fold over the steps of a flight (`rvjax.components.metrics.interface`), giving one or more columns."""
+"""Metrics: a file per member. Each accumulates over the steps of a flight and gives columns of the samples table
+(`rvjax.components.metrics.interface`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Accuracy: errors at the end of the flight, and the worst ones over the closing window.
+"""Accuracy: errors at the end of the flight, and largest errors over the closing window.
 
 Attitude error: principal rotation angle 4 atan|σ|.
 """
@@ -48,7 +48,7 @@ def update(acc: Accuracy, step: Step, weight: Scalar, context: MetricContext) ->
 
 
 def finish(acc: Accuracy, context: MetricContext) -> Mapping[str, Scalar]:
-    """The eight numbers; angles in degrees."""
+    """The eight columns; angles in degrees."""
     del context
     values: dict[str, Scalar] = {}
     for prefix, errors in (("final", acc.latest), ("window", acc.worst)):

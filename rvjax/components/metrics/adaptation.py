@@ -1,4 +1,4 @@
-"""Health of an adaptive controller: how far its Nussbaum arguments and its estimates went."""
+"""Adaptation: largest Nussbaum argument and largest drift of the estimates of an adaptive controller."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def finish(acc: Peaks, context: MetricContext) -> Mapping[str, Scalar]:
 
 
 _COLUMNS = (
-    Column("peak_chi", "1", "largest |chi| of any Nussbaum gain; 0 for a controller without", "lower"),
+    Column("peak_chi", "1", "largest |chi| of any Nussbaum gain; 0 for a controller without Nussbaum gains", "lower"),
     Column(
         "peak_estimate_drift",
         "1",
-        "largest departure of an estimated mass or inertia entry from its start, relative to the start; 0 without estimates",
+        "largest change of an estimated mass or inertia entry, relative to its initial value; 0 without estimates",
         "lower",
     ),
 )

@@ -1,7 +1,7 @@
 """Safety of the approach: closest distance between the two bodies' centres of mass, and time outside the approach cone.
 
-The cone has its apex in the docking point and its axis along δ, fixed in the target. Inside the capture tube the direction of
-ρ means nothing, so time there does not count.
+The cone has its apex in the docking point and its axis along δ, fixed in the target. Time inside the capture tube does not count,
+because the direction of ρ has no meaning there.
 """
 
 from __future__ import annotations
@@ -43,6 +43,6 @@ def finish(acc: Approach, context: MetricContext) -> Mapping[str, Scalar]:
 
 _COLUMNS = (
     Column("closest_approach_m", "m", "smallest distance between the two centres of mass", "higher"),
-    Column("corridor_violation_s", "s", "time outside the approach cone, capture tube left out", "lower"),
+    Column("corridor_violation_s", "s", "time outside the approach cone, except inside the capture tube", "lower"),
 )
 COMPONENT = Metric({column.name: column for column in _COLUMNS}, start, update, finish)

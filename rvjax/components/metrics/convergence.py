@@ -1,6 +1,6 @@
-"""Convergence: does the pursuer come into the capture tubes, when, and does it stay?
+"""Convergence: whether and when the pursuer enters the capture tubes, and whether it stays.
 
-A settling time is the end of the last step that began outside the tube; +∞ where the flight ends outside.
+A settling time is the end of the last step that began outside the tube; +∞ if the flight ends outside.
 captured = both tubes held over the whole closing window.
 """
 
@@ -30,7 +30,7 @@ def start(context: MetricContext) -> Tubes:
 
 
 def update(acc: Tubes, step: Step, weight: Scalar, context: MetricContext) -> Tubes:
-    """An instant outside |ρ| ≤ tube (or |σ| ≤ tube) becomes the last one outside."""
+    """Stores the instant if |ρ| or |σ| is outside its tube."""
     del weight
     return Tubes(
         jnp.where(norm(step.motion.rho) <= context.tube_m, acc.position, step.t),
@@ -39,7 +39,7 @@ def update(acc: Tubes, step: Step, weight: Scalar, context: MetricContext) -> Tu
 
 
 def finish(acc: Tubes, context: MetricContext) -> Mapping[str, Scalar]:
-    """Settling: one step after the last instant outside, 0 if never outside, +∞ if the last instant is outside."""
+    """Settling: a step after the last instant outside, 0 if never outside, +∞ if the last instant is outside."""
 
     def settled(last: Scalar) -> Scalar:
         after = jnp.maximum(last + context.step_s, 0.0)

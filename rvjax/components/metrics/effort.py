@@ -1,4 +1,4 @@
-"""Effort: Δv = ∫ |f|/m dt and angular impulse ∫ |τ| dt of the applied wrench, disturbances left out."""
+"""Effort: Δv = ∫ |f|/m dt and angular impulse ∫ |τ| dt of the applied wrench, without disturbances."""
 
 from __future__ import annotations
 

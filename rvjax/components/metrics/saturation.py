@@ -1,6 +1,6 @@
-"""Saturation per actuator channel: how often, how long, how deep.
+"""Saturation per actuator channel: share of the flight, longest time, peak depth.
 
-A channel is saturated where |h(v)| ≥ 0.99 of its limit on that side. Depth: |v|/u_m.
+A channel is saturated if |h(v)| ≥ 0.99 of its limit on that side. Depth: |v|/u_m.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def finish(acc: Saturated, context: MetricContext) -> Mapping[str, Scalar]:
 _WHAT = {
     "saturation_duty": ("1", "share of the flight with |h(v)| at 0.99 of its limit or more"),
     "longest_saturated_s": ("s", "longest time without leaving saturation"),
-    "saturation_depth": ("1", "peak |v|/u_m, the demand relative to the limit"),
+    "saturation_depth": ("1", "peak |v|/u_m, the command relative to the limit"),
 }
 _COLUMNS = tuple(
     Column(f"{name}.{channel}", unit, f"{text}, {'worst channel' if channel == 'any' else 'channel ' + channel}", "lower")

@@ -1,8 +1,7 @@
-"""Navigation errors: one file = one member. A component's `build(parameters)` gives an `NavigationError`
+"""Navigation errors: a file per member. A component's `build(parameters)` gives a `NavigationError`
 (`rvjax.components.navigation.interface`).
 
-They stand, in the order of the campaign, between the true relative motion and what the controller sees. Without one, navigation
-is perfect.
+They act in the order of the campaign, between the true relative motion and the controller. Without them, navigation is perfect.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Constant errors of what is measured.
+"""Constant errors of the measurement.
 
-    ρ + b_ρ,   ν + b_ν,   R(b_φ/4) R(σ),   ω + b_ω         all in P, drawn once a sample
+    ρ + b_ρ,   ν + b_ν,   R(b_φ/4) R(σ),   ω + b_ω         all in P, drawn once per sample
 
-What a calibration leaves: misalignment and offset of sensors. The rotation b_φ turns the measured attitude about an axis of P.
+Residual errors after calibration: misalignment and offset of sensors. b_φ rotates the measured attitude about an axis of P.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rvjax.physics.vectors import Scalar
 
 
 class Parameters(Model):
-    """The error of each quantity; what is left out has none."""
+    """Error of each quantity. A quantity that is left out has no error."""
 
     position_m: Quantity | None = vector("m", default=None, doc="error of the position")
     velocity_m_s: Quantity | None = vector("m/s", default=None, doc="error of the velocity")
@@ -26,7 +26,7 @@ class Parameters(Model):
 
 
 def see(t: Scalar, motion: Motion, memory: Any, numbers: Numbers) -> Motion:
-    """The motion, displaced."""
+    """The motion with its errors."""
     del t, memory
     return displaced(motion, numbers)
 

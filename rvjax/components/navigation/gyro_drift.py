@@ -1,10 +1,10 @@
-"""Drift of the gyros: a bias of the measured angular rate that wanders.
+"""Gyro drift: bias random walk of the measured angular rate.
 
     ω + b_k,   b_{k+1} = b_k + q √h ξ_k,   ξ: standard normal, independent
 
-The exact discretisation of ḃ = q · white noise: at a time t after the start the bias has spread by q √t, whatever the step h.
-b₀: bias at t = 0. Held during a step. The rate random walk of a gyro (E. Lefferts, F. Markley, M. Shuster, "Kalman filtering for
-spacecraft attitude estimation", J. Guidance, Control, and Dynamics, 1982).
+The exact discretisation of ḃ = q · white noise: after a time t, the standard deviation of the change is q √t for any step h. b₀:
+bias at t = 0. The bias is held during a step. The rate random walk of a gyro (E. Lefferts, F. Markley, M. Shuster, "Kalman
+filtering for spacecraft attitude estimation", J. Guidance, Control, and Dynamics, 1982).
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from rvjax.physics.vectors import Scalar, Vector, each
 
 
 class Parameters(Model):
-    """The bias at the start, and how fast it wanders, axis by axis of P."""
+    """Initial bias and random walk, per axis of P."""
 
     bias_rad_s: Quantity = vector("rad/s", key="bias_deg_s", default=0.0, doc="bias b₀ at t = 0")
     walk_rad_s: Quantity = vector(
         "rad/s",
         key="walk_deg_s",
         at_least=0.0,
-        doc="standard deviation q of what a second adds to the bias; in 100 s it is ten times that",
+        doc="standard deviation q of the change of the bias in 1 s; it grows with √t",
     )
 
 
@@ -38,7 +38,7 @@ def start(motion: Motion, numbers: Numbers) -> Vector:
 
 
 def keep(tick: Tick, motion: Motion, memory: Vector, numbers: Numbers) -> Vector:
-    """b_k; b₀ where no step lies before it."""
+    """b_k; b₀ in the first step."""
     del motion
     root = jnp.where(tick.k == 0, 0.0, jnp.sqrt(tick.h))
     xi = Vector(*normals(numbers.noise, tick.k, 3))

@@ -1,4 +1,4 @@
-"""What a navigation error is: functions of one sample at one instant; and errors that add to what is measured.
+"""Interface of a navigation error: functions of a sample at an instant; and additive errors of the measurement.
 
 ρ + ε_ρ,   ν + ε_ν,   R(φ/4) R(σ),   ω + ε_ω
 """
@@ -13,11 +13,11 @@ from rvjax.physics.vectors import Scalar, Vector, compose
 
 
 class NavigationError(NamedTuple):
-    """see(t, motion, memory, numbers) → the motion as it is measured.
+    """see(t, motion, memory, numbers) → the measured motion.
 
-    motion: as it comes from the error before, the true one for the first. start(motion, numbers) → memory before the first step;
-    motion: at t = 0. keep(tick, motion, memory, numbers) → memory of the step that begins with the tick; motion: at that instant.
-    The memory of a step is held during it.
+    motion: output of the previous error, or the true motion for the first error. start(motion, numbers) → memory before the first
+    step; motion: at t = 0. keep(tick, motion, memory, numbers) → memory of the step that begins at the tick; motion: at that
+    instant. The memory is held during the step.
     """
 
     see: Callable[[Scalar, Motion, Any, Numbers], Motion]
@@ -26,10 +26,10 @@ class NavigationError(NamedTuple):
 
 
 def displaced(motion: Motion, errors: Mapping[str, Vector]) -> Motion:
-    """The motion with errors of what is named; all in P, as sensors on the pursuer have them.
+    """The motion with the errors that are present; all in P, like sensors on the pursuer.
 
-    position_m [m], velocity_m_s [m/s], rate_rad_s [rad/s] are added; attitude_rad [rad] is a rotation of P about that vector, by
-    its length up to a share of |φ|²/48.
+    position_m [m], velocity_m_s [m/s], rate_rad_s [rad/s] are added. attitude_rad [rad] rotates P about that vector by its
+    length, with a relative error of |φ|²/48.
     """
     rho, nu, sigma, omega = motion
     return Motion(
