@@ -63,7 +63,7 @@ def command(
         box=box,
         first_only=first,
         likeliest_too=likeliest,
-        told=on_progress,
+        on_progress=on_progress,
     )
     place = out or Path("reports") / search.problem.spec.name / f"worst-{requirement}"
     campaign = worst_case.export(search, result, place, values)

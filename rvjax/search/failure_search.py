@@ -2,7 +2,7 @@
 
 A draw is a point z of standard normal space, z_i = Φ⁻¹(u_i), where u_i is the uniform number that a law turns into the draw.
 The more probable a draw is, the nearer z is to the origin. A campaign that fails with probability 10⁻⁶ fails in pockets of this
-space; drawing at random finds one after 10⁶ flights, whereas a margin that slopes towards a pocket leads there after thousands:
+space; random draws meet a pocket after 10⁶ flights, whereas a margin that slopes towards a pocket leads there after thousands:
 
     smallest margin         min g(z)   subject to  |z_i| <= s   and, if there is a radius,  |z| <= k
     most probable failure   min |z|    subject to  g(z) < 0, as well                                     (Hasofer & Lind)
@@ -13,19 +13,19 @@ Symbols
 
     z      point of standard normal space, in standard deviations    g    margin; < 0, or no number at all: a failure
     d      dimension, the number of draws of a sample                s    most_sigma, half of the side of the box
-    k      radius of the ball, in standard deviations                λ    population: points in a generation of one search
+    k      radius of the ball, in standard deviations                λ    population: points in a generation of a search
 
 Steps: (1) Screening. Three tenths of the flights go to scrambled Sobol points made normal and stretched by 1 ... 2.5: pockets lie
 farther out than most draws. (2) Starts. A screened point is the better a start, the more of its nearest neighbours are no worse
-than itself before the first that is (the nearest-better idea): a basin is started from early even where another one has
+than itself before the first that is (the nearest-better idea): a basin is started from early even where another basin has
 smaller margins everywhere. (3) Searches. CMA-ES runs from several starts at once; a batch takes its flights from as many
-generations as fill it. A search ends where it has drawn together, where nothing gets better or differs, and where it does again
-what another one did: the mean of a better search is inside of its cloud, or within one standard deviation. (4) Restarts come in
-two kinds, as in BIPOP: small populations from the next screened point, and now and then one from anywhere, whose population
+generations as fill it. A search ends where its points have contracted, where nothing improves, and where it repeats another
+search: the mean of a better search is inside its cloud, or within a standard deviation. (4) Restarts come in
+two kinds, as in BIPOP: small populations from the next screened point, and from time to time a random start, whose population
 doubles each time.
 
-CMA-ES is told the order of points alone, so that saturated and rippled margins do as well as smooth ones, and once something has
-failed the same searches go on for the most probable failure. No failure found is no proof that there is none.
+CMA-ES gets only the order of points, so saturated and rippled margins work as well as smooth ones. After a failure the same
+searches continue with the most probable failure. A search without a failure does not prove that there is none.
 
 Sources: N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772 (2016); A. Auger & N. Hansen, CEC (2005) (growing
 restarts); N. Hansen, GECCO (2009) (BIPOP); M. Preuss, GECCO (2010) (nearest-better clustering); A. M. Hasofer & N. C. Lind,
@@ -50,19 +50,19 @@ Margin = Callable[[Values], Values]
 FARTHEST = 8.0
 """Largest most_sigma: beyond it Φ(z) is 1 in double precision, and no uniform number of a law."""
 SCREENED, MOST_SCREENED, WIDEST = 0.3, 8192, 2.5
-"""Share of the flights that screen; at most so many, but one batch; largest stretch of a screened point."""
+"""Share of the flights for screening; their largest number; largest stretch of a screened point."""
 NEIGHBOURS, ANYWHERE = 16, 6
-"""Nearest neighbours that a start is compared with; every so many starts, one is from anywhere."""
-SEARCHES = 16  # populations are so large that about so many fill a batch
+"""Nearest neighbours that a start is compared with; every ANYWHERE-th start is a random point."""
+SEARCHES = 16  # about this number of populations fills a batch
 STEP, SAME, FINE = 0.5, 1.0, 0.03
-"""In σ: first step from a screened point; means nearer than this are one basin; a search that scatters less is over."""
+"""In σ: first step from a screened point; means nearer than this are the same basin; a search with less scatter is over."""
 
 
 @dataclass(frozen=True)
-class Found:
-    """What a search found. Points are in standard normal space.
+class Searched:
+    """Result of a search. Points are in standard normal space.
 
-    z: (d,) the point of the smallest margin. margin: that margin, -∞ where it was no number. flights_used: rows that were flown.
+    z: (d,) the point of the smallest margin. margin: that margin, -∞ where it was no number. flights_used: rows flown.
     failures: (m, d) all points that failed, as they were flown. history: (batches,) the smallest margin up to each batch.
     """
 
@@ -77,18 +77,18 @@ def search(
     margin: Margin,
     dimension: int,
     seed: int,
+    *,
     flights: int,
     batch: int,
     radius: float | None = None,
     most_sigma: float = 6.0,
-    *,
     until_failure: bool = True,
     refine: bool = True,
-) -> Found:
-    """min g(z) over the box |z_i| <= most_sigma, and the ball |z| <= radius if there is one, within so many flights.
+) -> Searched:
+    """min g(z) over the box |z_i| <= most_sigma, inside the ball |z| <= radius if there is one, with up to `flights` flights.
 
-    margin: (n, d) points to (n,) margins, called with `batch` rows, and fewer only in the last call. until_failure: end with
-    the first batch that has a failure; else use all flights, after a failure for the most probable one (refine) or still for the
+    margin: (n, d) points to (n,) margins, called with `batch` rows, and fewer only in the last call. until_failure: stop after
+    the first batch with a failure. Else use all flights; after a failure for the most probable failure (refine) or still for the
     smallest margin. A function of the seed.
     ValueError unless dimension, flights and batch are >= 1, 0 < most_sigma <= 8 and radius > 0.
     """
@@ -101,7 +101,7 @@ def search(
     log = _Log(margin, flights, batch, until_failure, refine)
     _screen(log, domain, dimension, rng)
     _evolve(log, _starts(log, domain, dimension, rng))
-    return log.found()
+    return log.result()
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Domain:
 
 
 class _Log:
-    """What was flown so far, and how many flights are left."""
+    """All flights so far and the number that is left."""
 
     def __init__(self, margin: Margin, flights: int, batch: int, until_failure: bool, refine: bool):
         self.margin, self.flights, self.batch = margin, flights, batch
@@ -133,7 +133,7 @@ class _Log:
 
     @property
     def rows(self) -> int:
-        """How many rows the next batch has; 0 at the end."""
+        """Rows of the next batch; 0 at the end."""
         return 0 if self.until_failure and self.failed else min(self.batch, self.flights - self.used)
 
     def note(self, z: Values, margins: Values) -> Values:
@@ -155,12 +155,12 @@ class _Log:
         """(n, d) points and (n,) margins so far."""
         return np.concatenate(self.points), np.concatenate(self.margins)
 
-    def found(self) -> Found:
-        """What came of it all."""
+    def result(self) -> Searched:
+        """The result of all batches."""
         z, margins = self.flown()
         least = int(np.argmin(margins))
         history = np.minimum.accumulate([np.min(values) for values in self.margins])
-        return Found(z[least], float(margins[least]), self.used, z[margins < 0], history)
+        return Searched(z[least], float(margins[least]), self.used, z[margins < 0], history)
 
 
 def _length(z: Values) -> Values:
@@ -181,7 +181,7 @@ def _screen(log: _Log, domain: Domain, dimension: int, rng: np.random.Generator)
 
 
 class _Evolution:
-    """One CMA-ES search, a generation of which is asked for at once and answered point by point."""
+    """A CMA-ES search: asks for a whole generation and gets its answers point by point."""
 
     def __init__(self, log: _Log, domain: Domain, start: Values, step: float, population: int, seed: int):
         self.cma = CMA(start, step, population_size=population, seed=seed)
@@ -217,30 +217,30 @@ class _Evolution:
         return True
 
     def repeats(self, other: _Evolution) -> bool:
-        """Whether the other is no worse, and its mean within the cloud of this one, which counts as no wider than a first one."""
+        """Whether the other search is no worse and its mean is within the cloud of this search, at most a first cloud wide."""
         return other.best <= self.best and float(np.linalg.norm(self.cma.mean - other.cma.mean)) < self.size
 
 
 def _evolve(log: _Log, starts: Iterator[_Evolution]) -> None:
-    """Flies batches filled with generations of searches, in turn, until the end; new searches where there are too few."""
+    """Flies batches filled with generations of searches, in turn, until the end; starts new searches where points are missing."""
     waiting: deque[tuple[_Evolution, int]] = deque()
     ready: deque[_Evolution] = deque()
     basins: list[_Evolution] = []
     while rows := log.rows:
         while len(waiting) < rows:
-            one = ready.popleft() if ready else next(starts)
-            one.ask()
-            waiting.extend((one, row) for row in range(len(one.z)))
+            evolution = ready.popleft() if ready else next(starts)
+            evolution.ask()
+            waiting.extend((evolution, row) for row in range(len(evolution.z)))
         flying = [waiting.popleft() for _ in range(rows)]
-        z = np.array([one.z[row] for one, row in flying])
+        z = np.array([evolution.z[row] for evolution, row in flying])
         margins = log.note(z, log.margin(z))
-        for (one, row), margin in zip(flying, margins, strict=True):
-            if not one.answer(row, float(margin)):
+        for (evolution, row), margin in zip(flying, margins, strict=True):
+            if not evolution.answer(row, float(margin)):
                 continue
-            basins = [other for other in basins if other is not one]
-            if not any(one.repeats(other) for other in basins):
-                basins.append(one)
-                ready.extend([one] * (not one.over))
+            basins = [other for other in basins if other is not evolution]
+            if not any(evolution.repeats(other) for other in basins):
+                basins.append(evolution)
+                ready.extend([evolution] * (not evolution.over))
 
 
 def _starts(log: _Log, domain: Domain, dimension: int, rng: np.random.Generator) -> Iterator[_Evolution]:

@@ -2,7 +2,7 @@
 
     z ∈ R^d ─Φ→ u ∈ (0, 1)^d ─laws→ draws ─fly→ metric ─margin→ g(z), below 0 where the flight does not comply
 
-    requirement            margin of one flight
+    requirement            margin of a flight
     captured               −log₁₀ of the larger of the errors over the closing window, each in radii of its tube
     metric below v         (v − x)/|v|; where x is infinite, −1 − log₁₀(1 + position error over the closing window, in tubes)
     metric above v         (x − v)/|v|
@@ -10,9 +10,9 @@
     outside of `where`     +∞;  a flight that was lost: −∞;  a body that cannot exist: +∞
 
 z is standard normal, so |z| says how improbable a point is, whatever the laws. Noise in flight is that of sample 0 throughout: a
-flight is a function of z. After the searches the worst case goes down the gradient of its margin, where the metric has one, LANES
-lengths of a step at once. What is found is written as a campaign whose sampler gives these very numbers, and flown again from
-there.
+flight is a function of z. After the searches the worst case descends along the gradient of its margin, where the metric has a
+gradient; a batch tries LANES lengths of a step. The result is written as a campaign whose sampler gives these very numbers, and
+flown again from there.
 """
 
 from __future__ import annotations
@@ -61,20 +61,20 @@ BATCH = 4 * LANES
 """Flights at once, the same on every machine: what is searched depends on it."""
 
 DESCENTS = 8
-"""Steps down the gradient at most, from the worst case that the searches have found."""
+"""Largest number of steps along the gradient, from the worst case of the searches."""
 
 BEYOND = 1e-6
-"""Probability that a sample is outside of the ball that is searched by default."""
+"""Probability that a sample is outside the ball that is searched by default."""
 
 CAMPAIGN, POINTS = "worst.yaml", "worst.csv"
 
 FLAT = 1e3
-"""Margin of a flight whose metric is infinite in a metric that has no other measure."""
+"""Margin of a flight whose metric is infinite and has no other measure."""
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """Where a number of a variable stands. name: of its column in a table of points."""
+    """A uniform number of a variable. name: its column in a table of points."""
 
     variable: str
     name: str
@@ -91,7 +91,7 @@ class Case:
     outcome: str
 
     def frame(self, other: Mapping[str, float]) -> pd.DataFrame:
-        """Its row of a table, with other values of some metrics."""
+        """The row of the samples table, with other values of some metrics."""
         values = {metric_column(name): value for name, value in {**self.values, **other}.items()}
         return pd.DataFrame([{"outcome": self.outcome, **values, **{draw_column(name): x for name, x in self.draws.items()}}])
 
@@ -103,9 +103,8 @@ class Case:
 
 @dataclass(frozen=True)
 class Worst:
-    """What a search of the draws found. worst: the smallest margin; likeliest: of the flights that do not comply the one nearest
-    to the middle of the draws; None where all comply. failing: how many of the flights do not comply. history: the smallest
-    margin of each batch."""
+    """Result of a search. worst: the flight with the smallest margin. likeliest: the most probable flight that does not comply;
+    None where all comply. flights, failing: numbers flown and not complying. history: the smallest margin of each batch."""
 
     requirement: str
     coordinates: tuple[Coordinate, ...]
@@ -118,7 +117,7 @@ class Worst:
 
 @dataclass(frozen=True)
 class Fixed:
-    """A sampler of points that are given, whatever the numbers of the samples."""
+    """A sampler that gives the same points for any samples."""
 
     seed: int
     numbers: Mapping[str, Values]
@@ -129,7 +128,7 @@ class Fixed:
 
 
 class WorstCaseSearch:
-    """A campaign, and the coordinates of its draws that are searched; the others stay at their medians."""
+    """A campaign and the coordinates of its draws that are searched; the other draws stay at their medians."""
 
     def __init__(self, problem: Problem, requirement: Requirement, vary: Sequence[str] = ()) -> None:
         self.problem, self.requirement = problem, requirement
@@ -140,17 +139,17 @@ class WorstCaseSearch:
         )
         laws: Mapping[str, Any] = {name: variable.law for name, variable in problem.dispersions.variables.items()}
         self._counts = {name: law.uniforms for name, law in laws.items()}
-        chosen = [name for name in laws if not vary or any(covers(one, name) for one in vary)]
-        self.coordinates = tuple(Coordinate(name, own) for name in chosen for own in columns_of(name, self._counts[name]))
+        chosen = [name for name in laws if not vary or any(covers(prefix, name) for prefix in vary)]
+        self.coordinates = tuple(Coordinate(name, column) for name in chosen for column in columns_of(name, self._counts[name]))
         self._flyer = Flyer(problem.loop, problem.metrics)
         self._tangents: dict[str, Tangents] = {}
 
     def fly(self, z: Values) -> list[Case]:
-        """One case for each row of z."""
-        found: list[list[Case]] = []
+        """A case for each row of z."""
+        chunks: list[list[Case]] = []
         parts = [z[first : first + LANES] for first in range(0, len(z), LANES)]
-        map_in_threads(self._chunk, parts, found.append, self._flyer.stop)
-        return [case for part in found for case in part]
+        map_in_threads(self._chunk, parts, chunks.append, self._flyer.stop)
+        return [case for chunk in chunks for case in chunk]
 
     def _chunk(self, z: Values) -> list[Case]:
         draws, drawn = self._draws(np.vstack([z, np.repeat(z[:1], LANES - len(z), axis=0)]))
@@ -174,22 +173,22 @@ class WorstCaseSearch:
         dispersions = replace(self.problem.dispersions, sampler=Fixed(self.problem.spec.seed, self.numbers(z)))
         return Draws.of(replace(self.problem, dispersions=dispersions), np.zeros(len(z), dtype=np.int64))
 
-    def slope(self, case: Case) -> Values:
-        """(d,) the gradient of the margin at a case: of its metric through every step of the flight, a lane for each coordinate;
-        0 where the metric has none, as a settling time."""
-        name = self._slope_of(case)
+    def gradient(self, case: Case) -> Values:
+        """(d,) gradient of the margin at a case, through every step of the flight; a lane for each coordinate. 0 where the metric
+        has no gradient, such as a settling time."""
+        name = self._deciding_metric(case)
         if name is None:
             return np.zeros(len(case.z))
-        metric = next(one for one in self.problem.metrics if name in one.columns)
+        metric = next(metric for metric in self.problem.metrics if name in metric.columns)
         program = self._tangents.setdefault(name, Tangents(self.problem.loop, metric, name))
         count, steps = len(case.z), self.problem.spec.horizon.steps
         (_, high), (_, low) = (self._draws(case.z + sign * REACH * np.eye(count)) for sign in (1.0, -1.0))
-        own = self._draws(np.repeat(case.z[None], count, axis=0))[1]
+        numbers = self._draws(np.repeat(case.z[None], count, axis=0))[1]
         tangent = jax.tree.map(lambda a, b: (a - b) / (2.0 * REACH), high, low)
-        slopes = program.fly(own, tangent, steps) * self._rise(case, name)
+        slopes = program.fly(numbers, tangent, steps) * self._rise(case, name)
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
-    def _slope_of(self, case: Case) -> str | None:
+    def _deciding_metric(self, case: Case) -> str | None:
         """The metric that decides the margin of a case."""
         if case.outcome == "not_finite" or not math.isfinite(case.margin):
             return None
@@ -209,11 +208,11 @@ class WorstCaseSearch:
     def numbers(self, z: Values) -> dict[str, Values]:
         """(n, count) uniform numbers of every variable at points (n, d)."""
         inside = np.clip(special.ndtr(z), np.finfo(float).tiny, np.nextafter(1.0, 0.0))
-        found = {name: np.full((len(z), count), 0.5) for name, count in self._counts.items()}
-        place = {(name, own): k for name, count in self._counts.items() for k, own in enumerate(columns_of(name, count))}
-        for column, one in zip(inside.T, self.coordinates, strict=True):
-            found[one.variable][:, place[one.variable, one.name]] = column
-        return found
+        numbers = {name: np.full((len(z), count), 0.5) for name, count in self._counts.items()}
+        index = {(name, column): k for name, count in self._counts.items() for k, column in enumerate(columns_of(name, count))}
+        for values, coordinate in zip(inside.T, self.coordinates, strict=True):
+            numbers[coordinate.variable][:, index[coordinate.variable, coordinate.name]] = values
+        return numbers
 
     @staticmethod
     def _exist(draws: Draws) -> NDArray[np.bool_]:
@@ -221,10 +220,10 @@ class WorstCaseSearch:
         return np.all([values == 0 for values in rejected], axis=0) if rejected else np.ones(len(draws.samples), dtype=bool)
 
     def margins(self, frame: pd.DataFrame) -> Values:
-        """(n,) margins of flights; NaN of a flight that was lost."""
-        one, capture = self.requirement, self.problem.spec.capture
+        """(n,) margins of flights; NaN for a flight that is not finite."""
+        requirement, capture = self.requirement, self.problem.spec.capture
         position = frame[metric_column("window_position_error_m")].to_numpy(dtype=float) / capture.position_m
-        if one.metric == "captured":
+        if requirement.metric == "captured":
             turn = (
                 np.tan(np.radians(frame[metric_column("window_attitude_error_deg")].to_numpy(dtype=float)) / 4.0)
                 / capture.attitude_mrp
@@ -235,12 +234,12 @@ class WorstCaseSearch:
             limit, sign = self._reading.bound.value, self._reading.bound.sign
             never = -1.0 - np.log10(1.0 + np.where(np.isfinite(position), position, FLAT))
             margin = np.where(np.isinf(x), sign * np.sign(x) * never, sign * (limit - x) / (abs(limit) or 1.0))
-            margin = -margin if one.at_most is not None else margin
+            margin = -margin if requirement.at_most is not None else margin
         return np.where(self._reading.chosen(frame), np.where(frame["outcome"] == "not_finite", np.nan, margin), math.inf)
 
 
 def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, vary: Sequence[str] = ()) -> WorstCaseSearch:
-    """What is searched. number: of the requirement, from 1. vary: beginnings of names of draws; all by default.
+    """The search of a campaign. number: of the requirement, from 1. vary: prefixes of draws; by default all draws.
 
     CampaignError with every finding; UsageError where there is no such requirement, no such draw, or nothing is drawn.
     """
@@ -250,13 +249,15 @@ def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, va
         accepted = f"1 to {len(required)}" if required else "none, the campaign requires nothing"
         raise UsageError(f"{path}: there is no requirement {number}; accepted: {accepted}")
     if required[number - 1].mean:
-        raise UsageError(f"{path}: requirement {number} is on a mean, which no flight meets by itself; accepted: another one")
+        raise UsageError(
+            f"{path}: requirement {number} is on a mean, which no single flight meets; accepted: another requirement"
+        )
     names = list(problem.dispersions.variables)
-    for one in vary:
-        if not any(covers(one, name) for name in names):
-            raise UsageError(f"--vary {one}: no draw of this campaign; {did_you_mean(one, names)}")
+    for prefix in vary:
+        if not any(covers(prefix, name) for name in names):
+            raise UsageError(f"--vary {prefix}: no draw of this campaign; {did_you_mean(prefix, names)}")
     if not names:
-        raise UsageError(f"{path}: nothing is drawn; accepted: a campaign with at least one distribution")
+        raise UsageError(f"{path}: nothing is drawn; accepted: a campaign with a distribution")
     return WorstCaseSearch(problem, required[number - 1], vary)
 
 
@@ -280,8 +281,46 @@ def find_worst_case(
     return worst(prepare(path, overrides, requirement, vary), flights, seed, radius=radius)
 
 
+class _Record:
+    """Flies points and records the results: the worst case, the most probable failure, the numbers flown and failing."""
+
+    def __init__(self, search: WorstCaseSearch, on_progress: Callable[[int, float], None]) -> None:
+        self._search, self._on_progress = search, on_progress
+        self.flights = self.failing = 0
+        self._best: Case | None = None
+        self.likeliest: Case | None = None
+
+    def margins(self, z: Values) -> Values:
+        """(n,) margins at the points z (n, d)."""
+        cases = self._search.fly(z)
+        failed = [case for case in cases if not case.margin >= 0.0]
+        self.flights += len(cases)
+        self.failing += len(failed)
+        self._best = min(cases if self._best is None else [self._best, *cases], key=_badness)
+        likeliest = failed if self.likeliest is None else [self.likeliest, *failed]
+        self.likeliest = min(likeliest, key=lambda case: case.distance, default=None)
+        self._on_progress(self.flights, self._best.margin)
+        return np.array([case.margin for case in cases])
+
+    @property
+    def best(self) -> Case:
+        """The case with the smallest margin."""
+        assert self._best is not None, "nothing was flown"
+        return self._best
+
+    def descend(self, domain: failure_search.Domain) -> bool:
+        """A step from the worst case along its gradient; whether the worst case got worse."""
+        gradient = self._search.gradient(self.best)
+        self.flights += len(gradient)
+        if not (length := float(np.linalg.norm(gradient))) > 0.0:
+            return False
+        before = _badness(self.best)
+        self.margins(domain.inside(self.best.z - LENGTHS[:, None] * gradient / length))
+        return _badness(self.best) < before
+
+
 def worst(
-    hunt: WorstCaseSearch,
+    search: WorstCaseSearch,
     flights: int,
     seed: int = 0,
     *,
@@ -289,70 +328,64 @@ def worst(
     box: float | None = None,
     first_only: bool = False,
     likeliest_too: bool = False,
-    told: Callable[[int, float], None] = lambda flights, margin: None,
+    on_progress: Callable[[int, float], None] = lambda flights, margin: None,
 ) -> Worst:
-    """Flies at most so many flights. radius: |z| is at most that; by default what one sample in a million is beyond. box: each
-    coordinate is at most that, in the place of a ball. first_only: ends with the first flight that does not comply.
-    likeliest_too: after one, the searches go on for the nearest one, not for the worst. told: called with the flights so far and
-    the smallest margin. UsageError for both a radius and a box."""
+    """Searches the smallest margin with up to `flights` flights.
+
+    radius: |z| ≤ radius; by default a sample in a million is outside. box: |z_i| ≤ box instead of a ball. first_only: stops at
+    the first flight that does not comply. likeliest_too: after a failure, searches the most probable failure. on_progress: called
+    with the flights so far and the smallest margin. UsageError for a radius with a box.
+    """
     if radius is not None and box is not None:
         raise UsageError("both a radius and a box; accepted: one of them")
+    dimension = len(search.coordinates)
     if radius is None and box is None:
-        radius = math.sqrt(float(special.chdtri(len(hunt.coordinates), BEYOND)))
-    jax_config.configure(hunt.problem.spec.precision)
-    best: list[Case] = []
-    likeliest: list[Case] = []
-    failing = done = 0
-
-    def margin(z: Values) -> Values:
-        nonlocal failing, done
-        cases = hunt.fly(z)
-        found = np.array([case.margin for case in cases])
-        failed = [case for case in cases if not case.margin >= 0.0]
-        failing, done = failing + len(failed), done + len(cases)
-        best[:] = [min([*best, *cases], key=_badness)]
-        likeliest[:] = sorted([*likeliest, *failed], key=lambda case: case.distance)[:1]
-        told(done, best[0].margin)
-        return found
-
-    dimension, side = len(hunt.coordinates), box or failure_search.FARTHEST
+        radius = math.sqrt(float(special.chdtri(dimension, BEYOND)))
+    jax_config.configure(search.problem.spec.precision)
+    record = _Record(search, on_progress)
+    side = box or failure_search.FARTHEST
     descent = dimension + LANES
-    spared = 0 if first_only else min(flights // 4 // descent, DESCENTS) * descent
-    batch = min(BATCH, flights - spared)
-    spent, how = flights - spared, {"until_failure": first_only, "refine": likeliest_too}
-    found = failure_search.search(margin, dimension, seed, spent, batch, radius, side, **how)
-    history = [float(x) for x in found.history]
-    while done + descent <= flights and not first_only:
-        slope = hunt.slope(best[0])
-        done += dimension
-        if not (length := float(np.linalg.norm(slope))) > 0.0:
-            break
-        before = _badness(best[0])
-        margin(failure_search.Domain(side, radius).inside(best[0].z - LENGTHS[:, None] * slope / length))
-        history.append(best[0].margin)
-        if not _badness(best[0]) < before:
-            break
+    reserved = 0 if first_only else min(flights // 4 // descent, DESCENTS) * descent
+    searched = failure_search.search(
+        record.margins,
+        dimension,
+        seed,
+        flights=flights - reserved,
+        batch=min(BATCH, flights - reserved),
+        radius=radius,
+        most_sigma=side,
+        until_failure=first_only,
+        refine=likeliest_too,
+    )
+    history = [float(margin) for margin in searched.history]
+    domain = failure_search.Domain(side, radius)
+    worse = not first_only
+    while worse and record.flights + descent <= flights:
+        flown = record.flights
+        worse = record.descend(domain)
+        if record.flights > flown + dimension:
+            history.append(record.best.margin)
     return Worst(
-        success_of(hunt.requirement),
-        hunt.coordinates,
-        done,
-        failing,
-        best[0],
-        likeliest[0] if likeliest else None,
-        tuple(history),
+        requirement=success_of(search.requirement),
+        coordinates=search.coordinates,
+        flights=record.flights,
+        failing=record.failing,
+        worst=record.best,
+        likeliest=record.likeliest,
+        history=tuple(history),
     )
 
 
-def export(hunt: WorstCaseSearch, found: Worst, folder: Path, overrides: Sequence[str] = ()) -> Path:
-    """Writes the cases found as a campaign of few samples, the worst first, with the numbers that decide their draws; returns its
-    path. With noise in flight only the worst one, which is sample 0, has the noise that it was found with."""
-    spec = hunt.problem.spec
-    noisy = any(part.noisy for part in (*hunt.problem.disturbances, *hunt.problem.navigation))
-    noisy |= any(part.schedule is not None for part in hunt.problem.faults)  # whose lots are those of a sample
-    cases = [found.worst]
-    if found.likeliest is not None and found.likeliest.margin != found.worst.margin and not noisy:
-        cases.append(found.likeliest)
-    numbers = hunt.numbers(np.array([case.z for case in cases]))
+def export(search: WorstCaseSearch, result: Worst, folder: Path, overrides: Sequence[str] = ()) -> Path:
+    """Writes the worst case and the most probable failure as a campaign, with the numbers that decide their draws; returns its
+    path. With noise in flight only the worst case, which is sample 0, keeps its noise; so it is written alone."""
+    spec = search.problem.spec
+    noisy = any(part.noisy for part in (*search.problem.disturbances, *search.problem.navigation))
+    noisy |= any(part.schedule is not None for part in search.problem.faults)  # whose lots are those of a sample
+    cases = [result.worst]
+    if result.likeliest is not None and result.likeliest.margin != result.worst.margin and not noisy:
+        cases.append(result.likeliest)
+    numbers = search.numbers(np.array([case.z for case in cases]))
     table = {column: block[:, k] for name, block in numbers.items() for k, column in enumerate(columns_of(name, block.shape[1]))}
     lines = [",".join(table), *(",".join(repr(float(values[row])) for values in table.values()) for row in range(len(cases)))]
     with atomic_files.explained(folder):
@@ -363,7 +396,7 @@ def export(hunt: WorstCaseSearch, found: Worst, folder: Path, overrides: Sequenc
     atomic_files.replace(folder / points, ("\n".join(lines) + "\n").encode())
     for name, content in spec.source.inputs.items():
         atomic_files.replace(folder / name, content)
-    drawn = sorted({name.partition(".")[0] for name in numbers})  # one flight proves of no draw that it acts
+    drawn = sorted({name.partition(".")[0] for name in numbers})  # a single flight cannot prove that a draw acts
     sets = [
         *overrides,
         f"audit={{allow: [{', '.join(drawn)}]}}",
@@ -371,8 +404,8 @@ def export(hunt: WorstCaseSearch, found: Worst, folder: Path, overrides: Sequenc
         f"sampler={{use: points, csv: {points}}}",
         "keep={all: true}",
     ]
-    said = f"the worst flight of {found.flights} that `rvjax worst` flew is sample 0, its margin {found.worst.margin:.6g}"
-    comment = f"{found.requirement}: {said}."
+    sentence = f"the worst flight of {result.flights} that `rvjax worst` flew is sample 0, its margin {result.worst.margin:.6g}"
+    comment = f"{result.requirement}: {sentence}."
     text = campaign_text(spec, sets, ("require", "tune", "baselines"), "-worst", comment)
     path = folder / CAMPAIGN
     atomic_files.replace(path, text.encode())

@@ -15,7 +15,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy import optimize, special, stats
 
-from rvjax.search.failure_search import Domain, Found, search
+from rvjax.search.failure_search import Domain, Searched, search
 
 Values = NDArray[np.float64]
 Margin = Callable[[Values], Values]
@@ -90,9 +90,11 @@ FUNCTIONS: dict[str, tuple[int, float | None, Callable[[Generator], Margin]]] = 
 SHORT = ("half-space", "ball and decoy, 4")
 
 
-def hunt(name: str, seed: int, **options: bool) -> Found:
+def hunt(name: str, seed: int, **options: bool) -> Searched:
     dimension, radius, make = FUNCTIONS[name]
-    return search(make(np.random.default_rng(10_000 + seed)), dimension, seed, FLIGHTS, BATCH, radius, **options)
+    return search(
+        make(np.random.default_rng(10_000 + seed)), dimension, seed, flights=FLIGHTS, batch=BATCH, radius=radius, **options
+    )
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
@@ -144,7 +146,7 @@ def test_same_seed_same_flights_and_another_seed_others() -> None:
             rows.append(z.copy())
             return np.sum(z**2, axis=1) + 1
 
-        search(margin, 3, seed, 1000, 64)
+        search(margin, 3, seed, flights=1000, batch=64)
         return np.concatenate(rows)
 
     assert np.array_equal(flown(5), flown(5))
@@ -161,7 +163,7 @@ def test_batches_are_whole_and_flights_never_exceeded(flights: int, batch: int) 
         sizes.append(len(z))
         return np.sum(z**2, axis=1) + 1
 
-    found = search(margin, 2, 0, flights, batch)
+    found = search(margin, 2, 0, flights=flights, batch=batch)
     assert sum(sizes) == flights == found.flights_used
     assert all(size == batch for size in sizes[:-1])
     assert sizes[-1] == (flights % batch or min(batch, flights))
@@ -173,7 +175,7 @@ def test_batches_are_whole_and_flights_never_exceeded(flights: int, batch: int) 
 
 def test_a_lost_flight_is_a_failure() -> None:
     """Kills: NaN left as it is, which no comparison takes for less than 0."""
-    found = search(lambda z: np.where(z[:, 0] > 2, np.nan, 1.0), 3, 0, 20_000, 50)
+    found = search(lambda z: np.where(z[:, 0] > 2, np.nan, 1.0), 3, 0, flights=20_000, batch=50)
     assert found.margin == -np.inf
     assert found.z[0] > 2
     assert len(found.failures)
@@ -190,7 +192,7 @@ def test_points_stay_in_the_domain(radius: float | None, most_sigma: float) -> N
         rows.append(z.copy())
         return 100 - z @ w
 
-    found = search(margin, 12, 1, 6000, 100, radius, most_sigma)
+    found = search(margin, 12, 1, flights=6000, batch=100, radius=radius, most_sigma=most_sigma)
     z = np.concatenate(rows)
     assert np.max(np.abs(z)) <= most_sigma
     uniform = special.ndtr(z)

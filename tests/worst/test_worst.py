@@ -160,10 +160,10 @@ def test_slopes_are_the_differences_of_flights(campaign: Path, number: int, full
     step = 1e-4 * np.eye(len(z))
     high, low = (np.array([one.margin for one in hunted.fly(z + sign * step)]) for sign in (1.0, -1.0))
     expected = (high - low) / 2e-4
-    np.testing.assert_allclose(hunted.slope(case), expected, rtol=2e-3, atol=1e-5 * np.abs(expected).max())
+    np.testing.assert_allclose(hunted.gradient(case), expected, rtol=2e-3, atol=1e-5 * np.abs(expected).max())
     assert np.count_nonzero(expected) >= 6
     settle = worst_case.prepare(campaign, ("require=[{metric: settling_time_s, below: 4, at_least: 0.5}]",))
-    assert not settle.slope(settle.fly(z[None])[0]).any()
+    assert not settle.gradient(settle.fly(z[None])[0]).any()
 
 
 def test_a_search_stays_in_its_ball_and_depends_on_its_seed_alone(hunt: worst_case.WorstCaseSearch) -> None:
