@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, get_args
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
@@ -41,6 +41,8 @@ CHAPTERS = {
 }
 """Name of a page → the module whose docstring it shows. These modules hold equations and belong to no family."""
 
+_KINDS: Mapping[Any, str] = {bool: "true or false", int: "whole number", int | None: "whole number"}
+
 
 @dataclass(frozen=True)
 class Page:
@@ -60,7 +62,7 @@ class Page:
     @property
     def headings(self) -> tuple[str, str, str, str]:
         """Headings of the rows: the columns of a metric, or the parameters of anything else."""
-        return ("column", "unit", "better", "meaning") if self.family == "metrics" else ("key", "unit", "default", "meaning")
+        return ("column", "unit", "better", "meaning") if self.family == "metrics" else ("key", "accepted", "default", "meaning")
 
 
 def components() -> Iterator[tuple[str, str, str]]:
@@ -98,8 +100,9 @@ def pages_called(name: str) -> list[Page]:
         pages.insert(0, Page("chapter", name, origin, inspect.getdoc(import_module(origin)) or "", ()))
     distributions = forms()
     if name in distributions:
-        notation, law = distributions[name]
-        pages.append(Page("distribution", name, law.__module__, f"{notation}\n\n{inspect.getdoc(law) or ''}", ()))
+        notation, distribution = distributions[name]
+        text = f"{notation}\n\n{inspect.getdoc(distribution) or ''}"
+        pages.append(Page("distribution", name, distribution.__module__, text, ()))
     sections = {"campaign": Spec, **{key: info.annotation for key, info in Spec.keys().items()}}
     section = sections.get(name)
     for model in (section, *get_args(section)):  # a section with several forms has a page for each form
@@ -134,10 +137,16 @@ def _rows(model: type[Model], prefix: str = "") -> Iterator[tuple[str, str, str,
             yield from _rows(inner, f"{prefix}{key}.")
             continue
         default = "required" if info.is_required() else json.dumps(info.default, ensure_ascii=False)
-        yield f"{prefix}{key}", _unit(key, info), default, info.description or ""
+        yield f"{prefix}{key}", _accepted(key, info), default, info.description or ""
 
 
-def _unit(key: str, info: FieldInfo) -> str:
-    """The unit at the end of a key in words, else the symbol of the declared unit."""
+def _accepted(key: str, info: FieldInfo) -> str:
+    """The unit of a number, or the words that an option accepts."""
     unit, declaration = units.split(key)[1], declared(info)
-    return declaration.symbol if unit is units.NONE and declaration and declaration.symbol != unit.symbol else unit.name
+    if declaration and unit is units.NONE and declaration.symbol != unit.symbol:
+        return declaration.symbol
+    if declaration or unit is not units.NONE:
+        return unit.name
+    if get_origin(info.annotation) is Literal:
+        return ", ".join(map(str, get_args(info.annotation)))
+    return _KINDS.get(info.annotation, "")

@@ -6,10 +6,10 @@
     ξ̇_ρ = −Ω×ξ_ρ + A(ξ_ρ) + (α_f − α)_ν + ξ_ν,   ξ̇_σ = G(σ) [A(ξ_σ) + (α_f − α)_ω + ξ_ω],   z̄₁ = (ρ, σ) − ξ₁
     M₀ξ̇₂ = −K₂ξ₂ + h(u) − u,   z̄₂ = z₂ − ξ₂,   θ̂̇ = Γ Yᵀz̄₂, projected
 
-G, Ω, h: `physics.vectors`, `physics.state`, the simulated saturation. M₀ = diag(m₀ I, J₀ I), the initial θ̂. The filter
-follows a ramp of slope a with the error 2ζ/ω_n · a. ξ follows the errors of the filter and the saturation, so neither enters the
-compensated errors: with M = M₀, without faults and disturbances, V = V₁(z̄₁) + ½z̄₂ᵀMz̄₂ + ½θ̃ᵀΓ⁻¹θ̃ falls as
-V̇ = −C_f|A(z̄_ρ)|² − 4C_τk_σ² z̄_σᵀG z̄_σ − z̄₂ᵀK₂z̄₂ for any ω_n. With A linear and no saturation this is the paper's law. The filter
+G, Ω, h: `physics.vectors`, `physics.state`, the simulated saturation. M₀ = diag(m₀ I, J₀ I), the initial θ̂. The filter follows a
+ramp of slope a with the error 2ζ/ω_n · a. ξ follows the errors of the filter and the saturation, so neither enters the
+compensated errors: with M = M₀, without faults and disturbances, V = V₁(z̄₁) + ½z̄₂ᵀMz̄₂ + ½θ̃ᵀΓ⁻¹θ̃ falls as V̇ = −C_f|A(z̄_ρ)|²
+− 4C_τk_σ² z̄_σᵀG z̄_σ − z̄₂ᵀK₂z̄₂ for any ω_n. With A linear and no saturation this is the controller of the paper. The filter
 needs no derivative of α; it replaces the analytic α̇₁ and the Levant differentiator of saturated-adaptive.
 
 J. Farrell, M. Polycarpou, M. Sharma, W. Dong, "Command filtered backstepping", IEEE Trans. Automatic Control, 2009; ξ₂ as in

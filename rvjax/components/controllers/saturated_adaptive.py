@@ -64,7 +64,7 @@ class Parameters(Model):
     shaped: bool = flag(default=True, doc="keep virtual velocity and wrench inside the limits (false: textbook backstepping)")
     nussbaum: Literal["exp-cos", "quadratic-cos", "none"] = option(default="exp-cos", doc="Nussbaum gain N(χ)")
     derivative: Literal["levant", "filtered", "none"] = option(default="levant", doc="differentiator of the virtual wrench")
-    epsilon: Literal["constant", "decaying"] = option(default="constant", doc="width ε of the robust term: constant or decaying")
+    epsilon: Literal["constant", "decaying"] = option(default="constant", doc="width ε of the robust term over time")
     adapt_parameters: bool = flag(default=True, doc="adapt m̂ and Ĵ")
     adapt_bound: bool = flag(default=True, doc="adapt the disturbance bounds D̂")
     gains: Gains = part(default={}, doc="gains")

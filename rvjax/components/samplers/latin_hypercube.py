@@ -47,20 +47,16 @@ class LatinHypercube:
 class Strata:
     """The strata of some samples."""
 
-    plan: LatinHypercube
+    hypercube: LatinHypercube
     samples: Samples
 
     def uniforms(self, name: str, count: int) -> Values:
         """(samples, count) numbers in (0, 1), each in the stratum of its sample."""
-        plan = self.plan
-        inside = uniforms(plan.seed, name, self.samples)
-        numbers = (self.samples % plan.count).astype(np.uint64)
-        columns = [
-            of_stratum(
-                permuted(f"{plan.seed}:{name}:{index}", numbers, plan.count).astype(np.float64), inside[:, index], plan.count
-            )
-            for index in range(count)
-        ]
+        seed, total = self.hypercube.seed, self.hypercube.count
+        inside = uniforms(seed, name, self.samples)
+        numbers = (self.samples % total).astype(np.uint64)
+        strata = (permuted(f"{seed}:{name}:{index}", numbers, total).astype(np.float64) for index in range(count))
+        columns = [of_stratum(stratum, inside[:, index], total) for index, stratum in enumerate(strata)]
         return np.stack(columns, axis=1)
 
     def prescribed(self, name: str) -> None:

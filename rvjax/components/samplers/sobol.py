@@ -76,16 +76,16 @@ class Sobol:
 class Cube:
     """The points of some samples."""
 
-    plan: Sobol
+    sequence: Sobol
     samples: Samples
     points: Values = field(repr=False)
 
     def uniforms(self, name: str, count: int) -> Values:
         """(samples, count) numbers in (0, 1). A name that is no variable, such as a choice in a schedule, has its stream."""
-        inside = uniforms(self.plan.seed, name, self.samples)[:, :count]
-        if name not in self.plan.first:
+        inside = uniforms(self.sequence.seed, name, self.samples)[:, :count]
+        if name not in self.sequence.first:
             return inside
-        first = self.plan.first[name]
+        first = self.sequence.first[name]
         return of_stratum(self.points[:, first : first + count], inside, 2.0**BITS)
 
     def prescribed(self, name: str) -> None:
