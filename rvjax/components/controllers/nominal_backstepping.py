@@ -4,7 +4,7 @@
     θ̂̇ = Γ Yᵀz₂, projected into bounds, and never frozen
 
 α₁, z₂, Y: `rvjax.physics.backstepping`. With no faults, disturbances or limits, V = V₁ + ½z₂ᵀMz₂ + ½θ̃ᵀΓ⁻¹θ̃ falls as
-V̇ = −α₁ᵀCα₁ − z₂ᵀK₂z₂, whatever the mass and inertia are. With the clip, this proof does not hold: while z₂ is large because
+V̇ = −α₁ᵀCα₁ − z₂ᵀK₂z₂ for any mass and inertia. With the clip, this proof does not hold: while z₂ is large because
 the actuators are at their limit, the estimates keep changing (wind-up).
 
 M. Krstić, I. Kanellakopoulos, P. Kokotović, "Nonlinear and adaptive control design", 1995, ch. 3–4. Baseline of this project;
