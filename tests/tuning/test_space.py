@@ -68,7 +68,7 @@ def test_a_candidate_is_the_campaign_with_its_values() -> None:
     space, _ = Space.of(CAMPAIGN, [*SHORT, TUNE])
     assert list(space.free) == ["controller.gains.k1", "x", "horizon.step_s", "controller.nussbaum", "pursuer.mass_kg"]
     assert space.fixed == {"controller.gains.k3": 2.0}
-    assert space.own == {
+    assert space.original == {
         "controller.gains.k1": 0.06,
         "controller.gains.k_sigma": 0.25,
         "horizon.step_s": 0.05,

@@ -2,9 +2,9 @@
 
     (candidate, sample), … ─chunks of LANES→ Draws of each candidate ─beside each other→ Drawn ─fly→ rows of the search's table
 
-Numbers fly in lanes, so candidates that differ in numbers share a program; those that differ in functions have one each, and
-those that differ in their number of steps a chunk each. A flight is a function of its candidate and its sample alone. So the
-search, begun again, asks for the same chunks in the same order, and those that the folder has are not flown.
+Numbers fly in lanes, so candidates that differ in numbers share a program. Candidates that differ in functions need programs of
+their kind, candidates that differ in the number of steps separate chunks. A flight is a function of its candidate and its sample
+alone. So a resumed search asks for the same chunks in the same order, and does not fly those that the folder holds.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Flights:
 
     def __init__(self, space: Space, folder: RunFolder, columns: Sequence[str], most: float) -> None:
         self.space, self._folder, self._columns = space, folder, list(dict.fromkeys((*columns, *ALWAYS)))
-        self.candidates = [Candidate(0, space.own, None, space.problem)]
+        self.candidates = [Candidate(0, space.original, None, space.problem)]
         self._numbers: dict[str, int] = {}
         self._flown: dict[int, dict[int, int]] = {}
         self._rows: list[pd.DataFrame] = []
@@ -76,7 +76,7 @@ class Flights:
 
     @property
     def programs(self) -> int:
-        """How many programs it takes to fly everything: one for each kind of functions."""
+        """Number of programs: each set of functions has its program."""
         return len(self._structures)
 
     @property
@@ -85,7 +85,7 @@ class Flights:
         return self._chunks * LANES
 
     def number(self, values: dict[str, Value], point: NDArray[np.float64]) -> int:
-        """The candidate with these values, a new one where nobody has them."""
+        """The candidate with these values; a new candidate where there is none."""
         key = _key(values)
         if key not in self._numbers:
             self._numbers[key] = len(self.candidates)
@@ -108,16 +108,16 @@ class Flights:
         return self.candidates[candidate].problem is None
 
     def _todo(self, candidates: Sequence[int], samples: NDArray[np.int64]) -> list[Row]:
-        return [(one, int(k)) for one in candidates for k in samples if int(k) not in self._flown.get(one, {})]
+        return [(candidate, int(k)) for candidate in candidates for k in samples if int(k) not in self._flown.get(candidate, {})]
 
     def affordable(self, candidates: Sequence[int], samples: NDArray[np.int64]) -> list[int]:
         """The first of the candidates that the budget allows to fly these samples."""
         left, fit = self._most - self.flights, list[int]()
-        for one in candidates:
-            left -= len(self._todo([one], samples)) * (one != 0)
+        for candidate in candidates:
+            left -= len(self._todo([candidate], samples)) * (candidate != 0)
             if left < 0:
                 break
-            fit.append(one)
+            fit.append(candidate)
         return fit
 
     def spend(self, flights: int) -> None:
@@ -131,7 +131,7 @@ class Flights:
         todo = self._todo(candidates, samples)
         if not todo:
             return
-        self.spend(sum(one != 0 for one, _ in todo))
+        self.spend(sum(candidate != 0 for candidate, _ in todo))
         groups: dict[tuple[str, int], list[Row]] = {}
         for row in todo:
             problem = self._problem(row[0])
@@ -154,8 +154,8 @@ class Flights:
 
     def table(self, candidate: int, samples: NDArray[np.int64]) -> pd.DataFrame:
         """Its flights of these samples, in their order."""
-        own = self._flown[candidate]
-        places = np.array([own[int(k)] for k in samples])
+        flown = self._flown[candidate]
+        places = np.array([flown[int(k)] for k in samples])
         chunks, rows = np.divmod(places, LANES)
         frame = pd.concat([self._rows[chunk].iloc[rows[chunks == chunk]] for chunk in dict.fromkeys(chunks.tolist())])
         order = np.concatenate([np.flatnonzero(chunks == chunk) for chunk in dict.fromkeys(chunks.tolist())])
@@ -178,8 +178,8 @@ class Flights:
     def _enter(self, number: int, chunk: Sequence[Row], table: pd.DataFrame) -> None:
         """Takes in a chunk's table, which must be of the rows that are wanted."""
         names = (CANDIDATE.name, VALUES.name, SAMPLE.name)
-        found = list(zip(*(table[name].tolist() for name in names), strict=True))
-        if found != [(one, self.candidates[one].mark, sample) for one, sample in chunk]:
+        rows = list(zip(*(table[name].tolist() for name in names), strict=True))
+        if rows != [(candidate, self.candidates[candidate].mark, sample) for candidate, sample in chunk]:
             raise FolderError(
                 f"{self._folder.path}: chunk {number} is of other candidates than this search asks for; "
                 "tune again with another --out"
@@ -190,29 +190,29 @@ class Flights:
             self._flown.setdefault(candidate, {}).setdefault(sample, number * LANES + place)
 
     def _chunk(self, number: int, rows: Sequence[Row]) -> DataFile:
-        """Flies one chunk and encodes what came of it."""
-        parts = [(self._problem(one), np.array(samples, dtype=np.int64)) for one, samples in _runs(rows)]
+        """Flies a chunk and encodes its tables."""
+        parts = [(self._problem(run), np.array(samples, dtype=np.int64)) for run, samples in _runs(rows)]
         draws = [Draws.of(problem, samples) for problem, samples in parts]
         drawn = jax.tree.map(lambda *leaves: np.concatenate(leaves), *(numbers for _, numbers in draws))
         problem, place = parts[0][0], devices()[number % len(devices())]
         flown = self._flyer(problem, jax.tree.structure(drawn)).fly(drawn, problem.spec.horizon.steps, STRETCH, device=place)
         duration = np.concatenate([np.full(len(samples), problem.spec.horizon.duration_s) for problem, samples in parts])
         came = tables.outcomes(flown, duration)
-        own = {draw_column(name): [own.values[name] for own, _ in draws] for name in draws[0][0].values}
-        came |= {name: np.concatenate(values) for name, values in own.items() if name in self._columns}
+        drawn = {draw_column(name): [table.values[name] for table, _ in draws] for name in draws[0][0].values}
+        came |= {name: np.concatenate(values) for name, values in drawn.items() if name in self._columns}
         frame = pd.DataFrame(
             {
                 "sample": np.arange(number * LANES, number * LANES + len(rows), dtype=np.int64),
                 "outcome": came["outcome"],
-                CANDIDATE.name: np.array([one for one, _ in rows], dtype=np.int64),
-                VALUES.name: np.array([self.candidates[one].mark for one, _ in rows], dtype=np.int64),
+                CANDIDATE.name: np.array([row for row, _ in rows], dtype=np.int64),
+                VALUES.name: np.array([self.candidates[row].mark for row, _ in rows], dtype=np.int64),
                 SAMPLE.name: np.array([sample for _, sample in rows], dtype=np.int64),
             }
             | {name: came[name] for name in self._columns}
         )
         known = {metric_column(name): column for name, column in problem.metric_columns.items()}
         known |= {draw_column(name): column for name, column in draws[0][0].columns.items()}
-        columns = {one.name: one for one in (CANDIDATE, VALUES, SAMPLE)} | {name: known[name] for name in self._columns}
+        columns = {column.name: column for column in (CANDIDATE, VALUES, SAMPLE)} | {name: known[name] for name in self._columns}
         return DataFile.of(Key("samples", number), frame, columns, self._folder.digest)
 
     def _flyer(self, problem: Problem, structure: Any) -> Flyer:
@@ -228,18 +228,18 @@ def _key(values: dict[str, Value]) -> str:
 
 
 def _chunks(rows: Sequence[Row]) -> Iterator[list[Row]]:
-    """LANES rows each; the last one is filled with the first rows again, whose numbers are known then, and counted once."""
+    """Chunks of LANES rows; the last chunk is filled with its first rows again, which count once."""
     for first in range(0, len(rows), LANES):
         chunk = list(rows[first : first + LANES])
         yield [*chunk, *(rows[k % len(rows)] for k in range(LANES - len(chunk)))]
 
 
 def _runs(rows: Sequence[Row]) -> Iterator[tuple[int, list[int]]]:
-    """Neighbouring rows of one candidate: its samples."""
+    """The samples of each candidate in neighbouring rows."""
     first = 0
     while first < len(rows):
-        one, behind = rows[first][0], first
-        while behind < len(rows) and rows[behind][0] == one:
+        candidate, behind = rows[first][0], first
+        while behind < len(rows) and rows[behind][0] == candidate:
             behind += 1
-        yield one, [sample for _, sample in rows[first:behind]]
+        yield candidate, [sample for _, sample in rows[first:behind]]
         first = behind

@@ -47,13 +47,13 @@ def confirm(tuned: Path, own: Path, spec: Spec, judge: Judge, searched: Sequence
     for measure, seen in zip(judge.measures, searched, strict=False):
         x, y = measure.losses(new.frame), measure.losses(old.frame)
         share = measure.objective.probability
-        values = [measure.shown(measure.value(one)) for one in (x, y)]
+        values = [measure.shown(measure.value(values)) for values in (x, y)]
         estimate = _difference(measure, x, y, confidence)
         rows.append(_row(str(measure), measure.unit, share, seen, values, estimate, measure.largest or share))
     if judge.goal == "weighted" and len(judge.measures) > 1:
-        sides = [[measure.losses(one.frame) for measure in judge.measures] for one in (new, old)]
+        sides = [[measure.losses(samples.frame) for measure in judge.measures] for samples in (new, old)]
         total = judge.total
-        values = [total(one) for one in sides]
+        values = [total(side) for side in sides]
         estimate = _resampled(
             lambda rows_: total([x[rows_] for x in sides[0]]) - total([y[rows_] for y in sides[1]]), len(new.frame), confidence
         )
@@ -65,7 +65,7 @@ def confirm(tuned: Path, own: Path, spec: Spec, judge: Judge, searched: Sequence
 def _row(
     text: str, unit: str, share: bool, seen: float, values: Sequence[float], difference: Estimate, largest: bool
 ) -> Confirmed:
-    tuned, own = values
+    tuned, original = values
     sign = -1.0 if largest else 1.0
     low, high = sorted((sign * difference.low, sign * difference.high))
     verdict = "better" if high < 0.0 else "worse" if low > 0.0 else "not told apart"
@@ -76,7 +76,7 @@ def _row(
         share=share,
         searched=seen,
         tuned=tuned,
-        own=own,
+        own=original,
         difference=Interval(value=difference.value, low=difference.low, high=difference.high),
         optimism=optimism,
         method=difference.method,
@@ -85,15 +85,15 @@ def _row(
 
 
 def _difference(measure: Measure, x: Values, y: Values, confidence: float) -> Estimate:
-    """Winner minus own, in the metric's own sense."""
-    one, generator = measure.objective, np.random.default_rng(SEED)
-    if one.probability:
+    """Winner minus original, in the sense of the metric."""
+    objective, generator = measure.objective, np.random.default_rng(SEED)
+    if objective.probability:
         return newcombe(pairs_of(x < 0.5, y < 0.5), confidence)
     sign = -1.0 if measure.largest else 1.0
-    if one.quantile is not None:
+    if objective.quantile is not None:
         worst = -math.inf if measure.largest else math.inf
-        return quantile_shift(sign * y, sign * x, one.quantile, confidence, rng=generator, worst=worst)
-    if one.mean and np.isfinite(x).all() and np.isfinite(y).all():
+        return quantile_shift(sign * y, sign * x, objective.quantile, confidence, rng=generator, worst=worst)
+    if objective.mean and np.isfinite(x).all() and np.isfinite(y).all():
         return mean_interval(sign * (x - y), confidence)
     return _resampled(lambda rows: sign * _minus(measure.value(x[rows]), measure.value(y[rows])), len(x), confidence)
 
@@ -104,10 +104,10 @@ def _minus(a: float, b: float) -> float:
 
 
 def _resampled(difference: Callable[[NDArray[np.int64]], float], n: int, confidence: float) -> Estimate:
-    """A difference with the percentiles of what it is when pairs are drawn anew; where it cannot be said, it may be anything."""
+    """A difference with its paired percentile bootstrap; where it is undefined, the interval is infinite."""
     generator = np.random.default_rng(SEED)
-    found = np.array([difference(generator.integers(n, size=n)) for _ in range(RESAMPLES)])
-    low, high = np.where(np.isnan(found), -np.inf, found), np.where(np.isnan(found), np.inf, found)
+    resampled = np.array([difference(generator.integers(n, size=n)) for _ in range(RESAMPLES)])
+    low, high = np.where(np.isnan(resampled), -np.inf, resampled), np.where(np.isnan(resampled), np.inf, resampled)
     tail = (1.0 - confidence) / 2.0
     method = f"paired percentile bootstrap, approximate, {RESAMPLES} resamples"
     ends = float(np.quantile(low, tail, method="lower")), float(np.quantile(high, 1.0 - tail, method="higher"))
@@ -115,25 +115,25 @@ def _resampled(difference: Callable[[NDArray[np.int64]], float], n: int, confide
 
 
 def _kept(requirements: Sequence[Requirement], new: pd.DataFrame, old: pd.DataFrame, spec: Spec) -> list[Kept]:
-    """The verdicts on both, and of a share how many samples comply with one alone."""
+    """The verdicts on both, and for a share the samples in which a single side complies."""
     basis = sampling_design_of(spec)
     assert isinstance(basis, Independent), "a tuning is of independent samples"
     verdicts = [judge_all(requirements, frame, basis) for frame in (new, old)]
-    found: list[Kept] = []
-    for one, tuned, own in zip(requirements, *verdicts, strict=True):
+    kept: list[Kept] = []
+    for requirement, tuned, original in zip(requirements, *verdicts, strict=True):
         only_tuned = only_own = p_worse = None
-        if not one.mean:
-            a, b = complies(one, new), complies(one, old)
+        if not requirement.mean:
+            a, b = complies(requirement, new), complies(requirement, old)
             only_tuned, only_own = int(np.sum(a & ~b)), int(np.sum(b & ~a))
             p_worse = float(mcnemar(only_tuned, only_own, better="b"))
-        found.append(
+        kept.append(
             Kept(
-                text=title(one),
+                text=title(requirement),
                 tuned=tuned.verdict,
-                own=own.verdict,
+                own=original.verdict,
                 only_tuned=only_tuned,
                 only_own=only_own,
                 p_worse=p_worse,
             )
         )
-    return found
+    return kept

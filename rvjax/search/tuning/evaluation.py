@@ -43,7 +43,7 @@ class Search:
     tuning: Tuning
     flights: Flights
     judge: Judge
-    told: Callable[[str], None]
+    on_message: Callable[[str], None]
     slopes: Slopes | None = None
     stop_at: int | None = None
     standings: dict[int, Standing] = field(default_factory=dict[int, Standing])
@@ -67,8 +67,8 @@ class Search:
     def _begin(self) -> None:
         samples = np.arange(self.tuning.rounds[-1], dtype=np.int64)
         self.flights.fly([OWN], samples)
-        own = Standing(OWN, len(self.tuning.rounds) - 1, len(samples), self.judge.score(self.flights.table(OWN, samples)))
-        self.standings[OWN], self.batch_of[OWN] = own, 0
+        standing = Standing(OWN, len(self.tuning.rounds) - 1, len(samples), self.judge.score(self.flights.table(OWN, samples)))
+        self.standings[OWN], self.batch_of[OWN] = standing, 0
         self._remember_hard()
 
     def __call__(self, points: NDArray[np.float64]) -> Results:
@@ -83,10 +83,10 @@ class Search:
         for point in points:
             known = len(self.flights.candidates)
             if most is not None and known > most and not self.flights.knows(point):
-                cut = True  # one more than there may be: what is proposed beside it still flies
+                cut = True  # beyond the budget: other proposals of this batch still fly
                 continue
             numbers.append(self.flights.number(self.flights.space.values(point), point))
-        new = [one for one in dict.fromkeys(numbers) if one not in self.standings]
+        new = [fromkey for fromkey in dict.fromkeys(numbers) if fromkey not in self.standings]
         self.idle = 0 if new else self.idle + 1
         if (not new and cut) or self.idle > IDLE:
             raise Spent
@@ -98,11 +98,11 @@ class Search:
     def front(self) -> list[int]:
         """The candidates that nothing dominates, of those that flew all samples."""
         whole = self._whole()
-        fronts = front_of([self.standings[one].score for one in whole])
-        return [one for one, front in zip(whole, fronts, strict=True) if front == 0]
+        fronts = front_of([self.standings[candidate].score for candidate in whole])
+        return [candidate for candidate, front in zip(whole, fronts, strict=True) if front == 0]
 
     def _whole(self) -> list[int]:
-        return [one for one, standing in self.standings.items() if not standing.left and standing.score.objectives]
+        return [candidate for candidate, standing in self.standings.items() if not standing.left and standing.score.objectives]
 
     def _late(self) -> bool:
         """Whether the minutes are over; of a search that was over by time before, whether it has all that it had then."""
@@ -125,18 +125,18 @@ class Search:
                 self.rounds[standing.round].by_test += 1
             elif standing.left == "halving":
                 self.rounds[standing.round].by_halving += 1
-        whole = {one: self.standings[one].score for one in self._whole()}
+        whole = {candidate: self.standings[candidate].score for candidate in self._whole()}
         if self.judge.goal == "pareto":
             self.best = self._middle(self.front())
         else:
-            self.best = ordered({one: whole[one] for one in dict.fromkeys((self.best, *whole))}, self.judge.goal)[0]
+            self.best = ordered({fromkey: whole[fromkey] for fromkey in dict.fromkeys((self.best, *whole))}, self.judge.goal)[0]
         self._remember_hard()
         self._say()
         return over
 
     def _middle(self, front: list[int]) -> int:
-        """Of the best front the one nearest to the best of each objective, in units of the front's extent."""
-        scores = np.array([self.standings[one].score.objectives for one in front])
+        """The member of the best front nearest to the best of each objective, in units of the front's extent."""
+        scores = np.array([self.standings[candidate].score.objectives for candidate in front])
         finite = np.isfinite(scores)
         low = np.where(finite, scores, np.inf).min(axis=0)
         wide = np.where(finite, scores, -np.inf).max(axis=0) - low
@@ -156,12 +156,12 @@ class Search:
         self.hard = tuple(samples[later][order[:count]].tolist())
 
     def _tell(self, numbers: list[int], points: NDArray[np.float64]) -> Results:
-        standings = [self.standings[one] for one in numbers]
+        standings = [self.standings[number] for number in numbers]
         blank = (np.inf,) * self.judge.objectives
         slopes = None if self.slopes is None else self.slopes.of(numbers, points)
         return Results(
-            np.array([one.score.violation for one in standings]),
-            np.array([one.score.objectives or blank for one in standings]),
+            np.array([standing.score.violation for standing in standings]),
+            np.array([standing.score.objectives or blank for standing in standings]),
             ranks(standings, self.judge.goal),
             slopes,
         )
@@ -172,8 +172,8 @@ class Search:
         samples = np.arange(self.standings[self.best].samples, dtype=np.int64)
         values = self.judge.values(self.flights.table(self.best, samples))
         who = "the campaign as it is" if self.best == OWN else f"candidate {self.best}"
-        said = ", ".join(f"{measure} {value:.4g}" for measure, value in zip(self.judge.measures, values, strict=True))
+        objectives = ", ".join(f"{measure} {value:.4g}" for measure, value in zip(self.judge.measures, values, strict=True))
         violated = self.standings[self.best].score.violation
         broken = f", requirements missed by {violated:.3g}" if violated else ""
         done = len(self.flights.candidates) - 1
-        self.told(f"{done}{of} candidates, {self.flights.flights} flights; best: {who}, {said}{broken}")
+        self.on_message(f"{done}{of} candidates, {self.flights.flights} flights; best: {who}, {objectives}{broken}")

@@ -18,19 +18,22 @@ def best_campaign(spec: Spec, space: Space, values: Mapping[str, Value], overrid
     assert spec.tune is not None, "it was tuned"
     fresh = {"samples": spec.tune.confirm.samples, "seed": spec.tune.confirm.seed}
     more = [f"{name}={value}" for name, value in fresh.items() if value is not None]
-    which = "Values found by `rvjax tune`." if values else "Values as they were: none that the search tried was better."
+    which = "Values by `rvjax tune`." if values else "Original values: the search tried none that was better."
     comment = f"{which} `rvjax run` with this file flies the draws that confirmed them."
     return campaign_text(spec, [*overrides, *more, *space.assignments(values)], ("tune",), "-tuned", comment)
 
 
-def candidates_table(found: Searched) -> str:
+def candidates_table(record: Searched) -> str:
     """One row a candidate, as CSV: where it was proposed, how far it came, its objectives and values."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
-    objectives = [f"{one.text} [{one.unit}]" if one.unit not in ("", "1") else one.text for one in found.objectives]
-    names = [one.name for one in found.parameters]
+    objectives = [
+        f"{objective.text} [{objective.unit}]" if objective.unit not in ("", "1") else objective.text
+        for objective in record.objectives
+    ]
+    names = [parameter.name for parameter in record.parameters]
     rows.writerow(["candidate", "batch", "rounds", "samples", "left", "violation", *objectives, *names])
-    for row in found.rows:
+    for row in record.rows:
         shown = row.objectives or [""] * len(objectives)
         values = [row.values.get(name, "") for name in names]
         rows.writerow([row.candidate, row.batch, row.round + 1, row.samples, row.left, row.violation, *shown, *values])

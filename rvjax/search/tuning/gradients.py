@@ -3,7 +3,7 @@
     J(u) = mean over samples of m,    ∂J/∂u_j = mean of dm/dε along ṅ_j,    ṅ_j = (n(u + ε e_j) − n(u − ε e_j))/2ε
 
 The numbers n that fly at a point u are made by the campaign itself, so whatever can be tuned has a slope; m is differentiated
-through every step of the flight (`rvjax.simulation.batch.Tangents`). Each lane flies one sample along one coordinate.
+through every step of the flight (`rvjax.simulation.batch.Tangents`). Each lane flies a sample along a coordinate.
 
     metric                             m
     settling_time_s                    ∫ r²/(1 + r²) dt,  r = |ρ|/tube: the time outside of the tube, softened at its edge
@@ -119,20 +119,20 @@ class Slopes:
         metric = tuning.objective[0].metric
         if metric in SMOOTH:
             return []
-        found = f"nothing smooth stands in the place of {metric}"
-        return [problem.spec.source.finding(("tune", "objective"), found, did_you_mean(metric, SMOOTH))]
+        what = f"{metric} has no smooth substitute"
+        return [problem.spec.source.finding(("tune", "objective"), what, did_you_mean(metric, SMOOTH))]
 
     def of(self, candidates: Sequence[int], points: Values) -> Values:
         """(m, d) gradients at points; 0 along levels, and where the campaign refuses the point or what is beside it."""
-        found = np.zeros(points.shape)
-        for row, (one, point) in enumerate(zip(candidates, points, strict=True)):
-            problem = self._flights.candidates[one].problem
+        gradients = np.zeros(points.shape)
+        for row, (candidate, point) in enumerate(zip(candidates, points, strict=True)):
+            problem = self._flights.candidates[candidate].problem
             ways = [j for j, axis in enumerate(self._space.axes) if not axis.levels]
             tangents = {} if problem is None else {j: t for j in ways if (t := self._tangent(point, j)) is not None}
             if problem is not None and tangents:
                 slopes = self._fly(problem, tangents)
-                found[row, list(tangents)] = slopes
-        return found
+                gradients[row, list(tangents)] = slopes
+        return gradients
 
     def _tangent(self, point: Values, axis: int) -> Any:
         """ṅ along a coordinate, of every sample."""

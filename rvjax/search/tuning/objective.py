@@ -1,4 +1,4 @@
-"""What a candidate is worth on some samples, and whether one is worse than another on the same samples.
+"""The score of a candidate on some samples, and whether a candidate is worse than another on the same samples.
 
     loss        x = X where small is good, −X where large is good; +∞ where the flight was lost
     mean        E x
@@ -14,9 +14,9 @@ them as often as not.
 A candidate that violates less is better; of two that violate equally, the one with the smaller objective. Whether one is *worse*
 is tested in pairs on the samples that both have flown:
 
-    requirement, probability, quantile   McNemar's exact test of who does not comply, or is beyond the better one's quantile
-    mean, cvar                           Student's t of the differences of x, or of (x − t)₊/(1 − q), t the better one's quantile;
-                                         McNemar's test of who was lost where one was
+    requirement, probability, quantile   McNemar's exact test of non-compliance, or of exceeding the better candidate's quantile
+    mean, cvar                           Student's t of the differences of x, or of (x − t)₊/(1 − q), t the better candidate's
+                                         quantile; McNemar's test of lost flights where there are any
     weighted sum                         z of the difference, its deviation by RESAMPLES bootstraps of the pairs
 
 An objective is only compared with one that is shown to meet the requirements: of two that violate, or that may, the order of
@@ -49,7 +49,7 @@ Values = NDArray[np.float64]
 RESAMPLES = 200
 
 CONFIDENCE = 0.95
-"""With which the better one has to be shown to meet a requirement before objectives are compared."""
+"""Confidence with which the better candidate must meet a requirement before objectives are compared."""
 
 POWER = 0.9
 """Probability to pass on fresh draws that a candidate is asked for."""
@@ -92,42 +92,43 @@ class Measure:
 
     def value(self, x: Values) -> float:
         """Of losses (n,)."""
-        one = self.objective
-        if one.quantile is not None:
-            return -quantile(-x, one.quantile) if self.largest else quantile(x, one.quantile)
-        return tail_mean(x, one.cvar) if one.cvar is not None else float(np.mean(x))
+        objective = self.objective
+        if objective.quantile is not None:
+            return -quantile(-x, objective.quantile) if self.largest else quantile(x, objective.quantile)
+        return tail_mean(x, objective.cvar) if objective.cvar is not None else float(np.mean(x))
 
     def shown(self, loss: float) -> float:
-        """The value in the metric's own sense: a share that complies, a margin that is large."""
+        """The value in the sense of the metric: a share that complies, a margin that is large."""
         if self.objective.probability:
             return 1.0 - loss
         return -loss if self.largest else loss
 
     def p_worse(self, x: Values, other: Values) -> float:
         """One-sided p-value of pairs against: x (n,) is not worse than `other`, whose value is smaller."""
-        one = self.objective
-        if one.probability:
+        objective = self.objective
+        if objective.probability:
             return _p_counts(x > 0.5, other > 0.5)
-        if one.mean:
+        if objective.mean:
             return _p_means(x, other)
-        if one.quantile is not None:
+        if objective.quantile is not None:
             threshold = self.value(other)
             return _p_counts(x > threshold, other > threshold)
-        threshold = quantile(other, one.cvar or 0.0)
+        threshold = quantile(other, objective.cvar or 0.0)
         if not math.isfinite(threshold):
             return _p_counts(np.isinf(x), np.isinf(other))
         return _p_means(np.maximum(x - threshold, 0.0), np.maximum(other - threshold, 0.0))
 
     def __str__(self) -> str:
-        one = self.objective
-        name = one.metric + (f" ({one.channel})" if one.channel else "")
-        if one.probability:
-            side = f" {one.bound.side} {one.bound.value:g}" if one.bound else ""
+        objective = self.objective
+        name = objective.metric + (f" ({objective.channel})" if objective.channel else "")
+        if objective.probability:
+            side = f" {objective.bound.side} {objective.bound.value:g}" if objective.bound else ""
             return f"share with {name}{side}"
-        if one.quantile is not None:
-            return f"{one.quantile:g} quantile of {name}"
-        if one.cvar is not None:
-            return f"mean of {name} {f'below its {1.0 - one.cvar:g}' if self.largest else f'above its {one.cvar:g}'} quantile"
+        if objective.quantile is not None:
+            return f"{objective.quantile:g} quantile of {name}"
+        if objective.cvar is not None:
+            tail = f"below its {1.0 - objective.cvar:g}" if self.largest else f"above its {objective.cvar:g}"
+            return f"mean of {name} {tail} quantile"
         return f"mean of {name}"
 
 
@@ -138,7 +139,7 @@ def quantile(x: Values, q: float) -> float:
 
 
 def tail_mean(x: Values, q: float) -> float:
-    """(1/(1 − q)) ∫_q^1 quantile(u) du of the values' own distribution."""
+    """(1/(1 − q)) ∫_q^1 quantile(u) du of the distribution of the values."""
     ordered, weight = np.sort(x)[::-1], (1.0 - q) * len(x)
     whole = min(int(weight), len(x) - 1)
     part = weight - whole
@@ -155,19 +156,19 @@ class Judge:
         """fresh: samples of the confirmation; without, shares are only to be what is required."""
         self.requirements, self.measures = tuple(requirements), tuple(measures)
         self.goal: Goal = goal
-        self._needed = [one.limit if fresh is None else needed(one, fresh) for one in requirements]
-        self._readings = [RequirementEvaluator(one) for one in requirements]
+        self._needed = [requirement.limit if fresh is None else needed(requirement, fresh) for requirement in requirements]
+        self._readings = [RequirementEvaluator(requirement) for requirement in requirements]
 
     def columns(self, names: Sequence[str]) -> list[str]:
         """The columns that it needs beside sample and outcome."""
         needed = [
             *(measure.column for measure in self.measures),
-            *(name for one in self._readings for name in one.columns(names)),
+            *(name for reading in self._readings for name in reading.columns(names)),
         ]
         return list(dict.fromkeys(needed))
 
     def score(self, frame: pd.DataFrame) -> Score:
-        """What a candidate is worth; of the weighted goal one objective."""
+        """The score of a candidate; with the weighted goal a single objective."""
         values = [measure.value(measure.losses(frame)) for measure in self.measures]
         violation = sum(self._shortfalls(frame))
         if self.goal == "weighted" and len(values) > 1:
@@ -193,7 +194,7 @@ class Judge:
     def _shortfalls(self, frame: pd.DataFrame) -> list[float]:
         """By how much each requirement is missed."""
         required = zip(self.requirements, self._readings, self._needed, strict=True)
-        return [self._shortfall(one, reading, share, frame) for one, reading, share in required]
+        return [self._shortfall(requirement, reading, share, frame) for requirement, reading, share in required]
 
     @staticmethod
     def _shortfall(requirement: Requirement, reading: RequirementEvaluator, share: float, frame: pd.DataFrame) -> float:
@@ -210,23 +211,26 @@ class Judge:
     def p_worse(self, frame: pd.DataFrame, better: pd.DataFrame) -> float:
         """p-value of pairs against: the first is not worse than the second, which has the better score."""
         ours, theirs = self.score(frame), self.score(better)
-        found: list[float] = []
+        p_values: list[float] = []
         if ours.violation > theirs.violation:
             missed = zip(self._p_complies(frame, better), self._shortfalls(frame), self._shortfalls(better), strict=True)
-            each = [p for p, here, there in missed if here > there]  # one that both meet is no matter of a violation
-            found.append(min(1.0, len(each) * min(each)))
+            each = [p for p, here, there in missed if here > there]  # a requirement that both meet is no evidence of a violation
+            p_values.append(min(1.0, len(each) * min(each)))
         if self.goal == "pareto":
             pairs = zip(self.measures, ours.objectives, theirs.objectives, strict=True)
             each = [m.p_worse(m.losses(frame), m.losses(better)) if a > b else 1.0 for m, a, b in pairs]
-            found.append(max(each) if self.complies(better) else 1.0)
+            p_values.append(max(each) if self.complies(better) else 1.0)
         elif ours.objectives > theirs.objectives and self.complies(better):
-            found.append(self._p_objective(frame, better, ours, theirs))
-        return min(1.0, len(found) * min(found)) if found else 1.0
+            p_values.append(self._p_objective(frame, better, ours, theirs))
+        return min(1.0, len(p_values) * min(p_values)) if p_values else 1.0
 
     def complies(self, frame: pd.DataFrame) -> bool:
         """Whether the samples show, at CONFIDENCE for each requirement, that it is met. Until then nobody is worse for being
         slower than a candidate that may turn out to violate."""
-        return all(self._shown(one, reading, frame) for one, reading in zip(self.requirements, self._readings, strict=True))
+        return all(
+            self._shown(requirement, reading, frame)
+            for requirement, reading in zip(self.requirements, self._readings, strict=True)
+        )
 
     @staticmethod
     def _shown(requirement: Requirement, reading: RequirementEvaluator, frame: pd.DataFrame) -> bool:
@@ -242,24 +246,24 @@ class Judge:
     def p_fails(self, frame: pd.DataFrame, better: pd.DataFrame) -> float:
         """p-value of pairs against: the first complies with the requirements, or is captured, as often as the second."""
         if not self.requirements:
-            return _p_counts(*((one["outcome"] != "captured").to_numpy() for one in (frame, better)))
+            return _p_counts(*((table["outcome"] != "captured").to_numpy() for table in (frame, better)))
         return min(1.0, len(self.requirements) * min(self._p_complies(frame, better)))
 
     def _p_complies(self, frame: pd.DataFrame, better: pd.DataFrame) -> list[float]:
-        found: list[float] = []
+        p_values: list[float] = []
         for requirement, reading in zip(self.requirements, self._readings, strict=True):
             both = reading.chosen(frame) & reading.chosen(better)
-            x, y = (reading.values(one, {})[both] for one in (frame, better))
+            x, y = (reading.values(table, {})[both] for table in (frame, better))
             if requirement.mean:
                 sign = reading.bound.sign
-                found.append(_p_means(*(np.where(np.isnan(one), np.inf, sign * one) for one in (x, y))))
+                p_values.append(_p_means(*(np.where(np.isnan(values), np.inf, sign * values) for values in (x, y))))
             else:
-                found.append(_p_counts(~reading.comply(x), ~reading.comply(y)))
-        return found
+                p_values.append(_p_counts(~reading.comply(x), ~reading.comply(y)))
+        return p_values
 
     def _p_objective(self, frame: pd.DataFrame, better: pd.DataFrame, ours: Score, theirs: Score) -> float:
         if self.goal == "weighted" and len(self.measures) > 1:
-            return self._p_sum(*([measure.losses(one) for measure in self.measures] for one in (frame, better)))
+            return self._p_sum(*([measure.losses(table) for measure in self.measures] for table in (frame, better)))
         first = next(i for i, (a, b) in enumerate(zip(ours.objectives, theirs.objectives, strict=True)) if a != b)
         measure = self.measures[first]
         return measure.p_worse(measure.losses(frame), measure.losses(better))
@@ -267,10 +271,10 @@ class Judge:
     def _p_sum(self, ours: Sequence[Values], theirs: Sequence[Values]) -> float:
         n = len(ours[0])
         rows = np.random.default_rng(n).integers(n, size=(RESAMPLES, n))
-        observed, *found = [
+        observed, *others = [
             self.total([x[row] for x in ours]) - self.total([y[row] for y in theirs]) for row in (np.arange(n), *rows)
         ]
-        spread = np.array(found)
+        spread = np.array(others)
         if not np.isfinite(spread).all() or not math.isfinite(observed):
             return (1.0 + float(np.sum(~(spread > 0.0)))) / (RESAMPLES + 1.0)
         deviation = float(np.std(spread, ddof=1))

@@ -9,7 +9,7 @@ After each round but the last a candidate leaves
                  test with probability ≤ risk, as far as the tests keep theirs
     by halving   if it is not among the best `keep` of those that began the round, the best so far not counted
 
-Hard samples are flown in the first round as well: a candidate that fails more of them than the best one does, by the same test,
+Hard samples are flown in the first round as well: a candidate that fails more of them than the best does, by the same test,
 leaves. They never enter a score, so no score is that of chosen samples.
 
 Successive halving: Karnin, Koren & Somekh, ICML 2013; Jamieson & Talwalkar, AISTATS 2016. Racing: Maron & Moore, NIPS 1994;
@@ -86,49 +86,49 @@ def race(
     """Flies candidates against each other and against the incumbent, the best so far, which never leaves; returns the standing of
     each of the candidates, in their order, and whether the budget was used up before the end. late: asked before each round."""
     everyone = [*candidates, *([] if incumbent is None else [incumbent])]
-    standings = {one: Standing(one) for one in everyone}
-    for one, standing in standings.items():
-        if runners.refused(one):
+    standings = {candidate: Standing(candidate) for candidate in everyone}
+    for candidate, standing in standings.items():
+        if runners.refused(candidate):
             standing.left = "refused"
             standing.score = Score(REFUSED, (math.inf,) * judge.objectives)
     last, over = len(rules.sizes) - 1, False
-    order = [*([] if incumbent is None else [incumbent]), *(one for one in candidates if one != incumbent)]
+    order = [*([] if incumbent is None else [incumbent]), *(candidate for candidate in candidates if candidate != incumbent)]
     for number, size in enumerate(rules.sizes):
-        running = [one for one in order if not standings[one].left]
+        running = [candidate for candidate in order if not standings[candidate].left]
         if not running or over:
             break
         samples = np.arange(size, dtype=np.int64)
         flown = np.union1d(samples, np.array(rules.hard if number == 0 else (), dtype=np.int64))
         fit = [] if late() else runners.affordable(running, flown)
-        for one in running[len(fit) :]:
-            standings[one].left = "budget"
+        for candidate in running[len(fit) :]:
+            standings[candidate].left = "budget"
         over = len(fit) < len(running)
         running = [] if fit == [incumbent] and over else fit
         if not running:
             break
         runners.fly(running, flown)
-        tables = {one: runners.table(one, samples) for one in running}
-        for one in running:
-            standing = standings[one]
-            standing.round, standing.samples, standing.score = number, size, judge.score(tables[one])
+        tables = {candidate: runners.table(candidate, samples) for candidate in running}
+        for candidate in running:
+            standing = standings[candidate]
+            standing.round, standing.samples, standing.score = number, size, judge.score(tables[candidate])
         if number == last:
             break
-        order = ordered({one: standings[one].score for one in running}, judge.goal)
+        order = ordered({candidate: standings[candidate].score for candidate in running}, judge.goal)
         risk = rules.risk / last / (2.0 if number == 0 and rules.hard else 1.0)
         worse = _worse(order, tables, judge, risk, judge.goal)
         if number == 0 and rules.hard:
             hard = np.array(rules.hard, dtype=np.int64)
-            worse |= _failing(order, {one: runners.table(one, hard) for one in running}, judge, risk)
-        challengers = [one for one in order if one != incumbent]
+            worse |= _failing(order, {candidate: runners.table(candidate, hard) for candidate in running}, judge, risk)
+        challengers = [candidate for candidate in order if candidate != incumbent]
         most = max(1, math.ceil(rules.keep * len(challengers)))
-        stay = [one for one in challengers if one not in worse]
-        for one in running:
-            if one != incumbent:
-                standings[one].left = "test" if one in worse else "" if one in stay[:most] else "halving"
-    for one in candidates:
-        if not standings[one].left and standings[one].round < last:
-            standings[one].left = "budget"
-    return [standings[one] for one in candidates], over
+        stay = [challenger for challenger in challengers if challenger not in worse]
+        for candidate in running:
+            if candidate != incumbent:
+                standings[candidate].left = "test" if candidate in worse else "" if candidate in stay[:most] else "halving"
+    for candidate in candidates:
+        if not standings[candidate].left and standings[candidate].round < last:
+            standings[candidate].left = "budget"
+    return [standings[candidate] for candidate in candidates], over
 
 
 def ordered(scores: dict[int, Score], goal: Goal) -> list[int]:
@@ -136,17 +136,17 @@ def ordered(scores: dict[int, Score], goal: Goal) -> list[int]:
     fronts = front_of(list(scores.values())) if goal == "pareto" else [0] * len(scores)
     crowd = crowding(list(scores.values()), fronts) if goal == "pareto" else [0.0] * len(scores)
     keys = {
-        one: (score.violation, front, -room, score.objectives if goal != "pareto" else (), one)
-        for (one, score), front, room in zip(scores.items(), fronts, crowd, strict=True)
+        candidate: (score.violation, front, -room, score.objectives if goal != "pareto" else (), candidate)
+        for (candidate, score), front, room in zip(scores.items(), fronts, crowd, strict=True)
     }
-    return sorted(scores, key=lambda one: keys[one])
+    return sorted(scores, key=lambda candidate: keys[candidate])
 
 
 def crowding(scores: Sequence[Score], fronts: Sequence[int]) -> list[float]:
     """How much room each has on its front, +∞ at the ends."""
     room = [0.0] * len(scores)
     for front in set(fronts):
-        members = [i for i, own in enumerate(fronts) if own == front]
+        members = [i for i, rank in enumerate(fronts) if rank == front]
         for k in range(len(scores[members[0]].objectives)):
             line = sorted(members, key=lambda i: scores[i].objectives[k])
             low, high = scores[line[0]].objectives[k], scores[line[-1]].objectives[k]
@@ -158,39 +158,41 @@ def crowding(scores: Sequence[Score], fronts: Sequence[int]) -> list[float]:
 
 
 def ranks(standings: Sequence[Standing], goal: Goal) -> NDArray[np.float64]:
-    """The order of the candidates of one race, the best 0: who came further before who left earlier; equal scores alike."""
-    stages = sorted({one.round for one in standings}, reverse=True)
-    found = np.empty(len(standings))
+    """Rank of each candidate of a race, 0 the best: first by the round reached, then by score; equal scores share a rank."""
+    stages = sorted({standing.round for standing in standings}, reverse=True)
+    ranks = np.empty(len(standings))
     place = 0
     for stage in stages:
-        members = [i for i, one in enumerate(standings) if one.round == stage]
+        members = [i for i, standing in enumerate(standings) if standing.round == stage]
         order = ordered({i: standings[i].score for i in members}, goal)
         before: Score | None = None
         for offset, i in enumerate(order):
             same = before is not None and before == standings[i].score
-            found[i] = found[order[offset - 1]] if same else place + offset
+            ranks[i] = ranks[order[offset - 1]] if same else place + offset
             before = standings[i].score
         place += len(members)
-    return found
+    return ranks
 
 
 def _worse(order: Sequence[int], tables: dict[int, pd.DataFrame], judge: Judge, risk: float, goal: Goal) -> set[int]:
-    """Those that are worse than the best one by Holm's test; several objectives: than any of the best front."""
+    """The candidates that are worse than the best by Holm's test; with several objectives: worse than any of the best front."""
     leaders = [order[0]]
     if goal == "pareto":
-        fronts = front_of([judge.score(tables[one]) for one in order])
-        leaders = [one for one, front in zip(order, fronts, strict=True) if front == 0]
-    others = [one for one in order if one not in leaders]
+        fronts = front_of([judge.score(tables[candidate]) for candidate in order])
+        leaders = [candidate for candidate, front in zip(order, fronts, strict=True) if front == 0]
+    others = [candidate for candidate in order if candidate not in leaders]
     if not others:
         return set()
-    found = [min(1.0, len(leaders) * min(judge.p_worse(tables[one], tables[leader]) for leader in leaders)) for one in others]
-    return {one for one, p in zip(others, holm(found), strict=True) if p <= risk}
+    p_values = [
+        min(1.0, len(leaders) * min(judge.p_worse(tables[other], tables[leader]) for leader in leaders)) for other in others
+    ]
+    return {other for other, p in zip(others, holm(p_values), strict=True) if p <= risk}
 
 
 def _failing(order: Sequence[int], tables: dict[int, pd.DataFrame], judge: Judge, risk: float) -> set[int]:
-    """Those that fail more of the hard samples than the best one does."""
-    others = [one for one in order if one != order[0]]
+    """The candidates that fail more of the hard samples than the best."""
+    others = [candidate for candidate in order if candidate != order[0]]
     if not others:
         return set()
-    found = [judge.p_fails(tables[one], tables[order[0]]) for one in others]
-    return {one for one, p in zip(others, holm(found), strict=True) if p <= risk}
+    p_values = [judge.p_fails(tables[other], tables[order[0]]) for other in others]
+    return {other for other, p in zip(others, holm(p_values), strict=True) if p <= risk}

@@ -65,25 +65,27 @@ class Space:
 
     @cached_property
     def free(self) -> dict[str, Free]:
-        """The parameters with a coordinate of their own, in the order of the coordinates."""
-        return {name: one for name, one in self.parameters.items() if is_free(one)}
+        """The parameters with a coordinate, in the order of the coordinates."""
+        return {name: parameter for name, parameter in self.parameters.items() if is_free(parameter)}
 
     @property
     def axes(self) -> tuple[Axis, ...]:
         """What a search needs to know of each coordinate."""
-        return tuple(Axis(one.levels, one.ordered) for one in self.free.values())
+        return tuple(Axis(parameter.levels, parameter.ordered) for parameter in self.free.values())
 
     def values(self, point: NDArray[np.float64], exact: bool = False) -> dict[str, Value]:
         """The value of every parameter at a point, as it is written; exact: with all digits."""
         free = zip(self.free.items(), map(float, point), strict=True)
-        known: dict[str, Value] = {name: one.exact(u) if exact else one.value(u) for (name, one), u in free}
+        known: dict[str, Value] = {name: parameter.exact(u) if exact else parameter.value(u) for (name, parameter), u in free}
         return {
-            name: self._product(one, known, exact) if isinstance(one, Product) else known[name]
-            for name, one in self.parameters.items()
+            name: self._product(parameter, known, exact) if isinstance(parameter, Product) else known[name]
+            for name, parameter in self.parameters.items()
         }
 
     def _product(self, tie: Product, known: Mapping[str, Value], exact: bool) -> float:
-        factors = [known.get(one, self.fixed.get(one, one)) if isinstance(one, str) else one for one in tie.factors]
+        factors = [
+            known.get(factor, self.fixed.get(factor, factor)) if isinstance(factor, str) else factor for factor in tie.factors
+        ]
         product = float(np.prod([float(factor) for factor in factors]))
         return product if exact else digits(product)
 
@@ -93,7 +95,7 @@ class Space:
 
     def load(self, values: Mapping[str, Value]) -> Problem:
         """The campaign with these values. CampaignError where it refuses them together."""
-        return load(self.source, (*self.overrides, *self.assignments(values)))
+        return self.problem.with_values({name: value for name, value in values.items() if is_place(name)})
 
     def of_search(self, path: Path, *more: str) -> Space:
         """The same, of another file with the same text, and with further overrides: nobody edits the copy in a folder."""
@@ -101,52 +103,52 @@ class Space:
         return replace(self, source=given, overrides=overrides, problem=load(given, overrides))
 
     @cached_property
-    def own(self) -> dict[str, Value]:
-        """The campaign's own values, as far as they are fixed."""
-        found = {name: value_of(self.problem, name) for name in self.parameters if is_place(name)}
-        return {name: value for name, value in found.items() if value is not None}
+    def original(self) -> dict[str, Value]:
+        """The values of the original campaign, as far as they are fixed."""
+        values = {name: value_of(self.problem, name) for name in self.parameters if is_place(name)}
+        return {name: value for name, value in values.items() if value is not None}
 
     @property
     def start(self) -> NDArray[np.float64] | None:
-        """The point with the campaign's own values, in the middle where it has none; None where one is outside of its range."""
+        """The point with the original values, 0.5 where there is none; None where a value is outside its range."""
         point = [0.5] * len(self.free)
-        for index, (name, one) in enumerate(self.free.items()):
-            if name in self.own:
-                inside = one.coordinate(self.own[name])
+        for index, (name, parameter) in enumerate(self.free.items()):
+            if name in self.original:
+                inside = parameter.coordinate(self.original[name])
                 if inside is None:
                     return None
                 point[index] = inside
         return np.array(point)
 
     def _refused(self) -> list[Finding]:
-        """Ends of ranges that the campaign does not accept, said at the range."""
-        found: dict[tuple[str, str], Finding] = {}
+        """Findings on ends of ranges that the campaign does not accept."""
+        findings: dict[tuple[str, str], Finding] = {}
         middle = np.full(len(self.free), 0.5) if self.start is None else self.start
-        for index, (name, one) in enumerate(self.free.items()):
-            count = one.levels if one.levels and not one.ordered else ENDS
-            for u in (np.arange(count) + 0.5) / count if one.levels else (0.0, 1.0):
+        for index, (name, parameter) in enumerate(self.free.items()):
+            count = parameter.levels if parameter.levels and not parameter.ordered else ENDS
+            for u in (np.arange(count) + 0.5) / count if parameter.levels else (0.0, 1.0):
                 point = middle.copy()
                 point[index] = u
                 values = self.values(point)
                 try:
                     self.load(values)
                 except CampaignError as error:
-                    for said in (self._said(finding, name, values) for finding in error.findings):
-                        found.setdefault((said.path, said.accepted), said)
-        return list(found.values())
+                    for finding in (self._at_parameter(finding, name, values) for finding in error.findings):
+                        findings.setdefault((finding.path, finding.accepted), finding)
+        return list(findings.values())
 
-    def _said(self, finding: Finding, name: str, values: Mapping[str, Value]) -> Finding:
-        """A finding about a candidate as one about the parameter that varies, or the one that is tied to it."""
+    def _at_parameter(self, finding: Finding, name: str, values: Mapping[str, Value]) -> Finding:
+        """A finding on a candidate, moved to the parameter that varies or that is tied to it."""
         other = next((tied for tied in values if finding.path.startswith(tied)), name)
         place = ("tune", "parameters", other)
         where = self.problem.spec.source.where(place, key=True)
-        said = f"{other}={values[other]}: " if is_place(other) else ""
+        prefix = f"{other}={values[other]}: " if is_place(other) else ""
         about = f"{finding.path}: " if finding.path and finding.path != other else ""
-        return replace(finding, where=where, path=".".join(place), found=f"{said}{about}{finding.found}")
+        return replace(finding, where=where, path=".".join(place), found=f"{prefix}{about}{finding.found}")
 
 
 def is_place(name: str) -> bool:
-    """Whether a parameter is a place of the campaign; else it is a name of its own, for ties."""
+    """Whether a parameter is a place of the campaign; else it is a name for ties."""
     return "." in name
 
 
@@ -167,25 +169,25 @@ def _aside(problem: Problem, parameters: Mapping[str, Parameter]) -> list[Findin
 
 def _fixed(problem: Problem, parameters: Mapping[str, Parameter]) -> tuple[dict[str, float], list[Finding]]:
     """The numbers of the campaign that ties name."""
-    source, found = problem.spec.source, dict[str, float]()
+    source, fixed = problem.spec.source, dict[str, float]()
     findings: list[Finding] = []
-    for name, one in parameters.items():
-        for index, factor in enumerate(one.factors if isinstance(one, Product) else ()):
+    for name, parameter in parameters.items():
+        for index, factor in enumerate(parameter.factors if isinstance(parameter, Product) else ()):
             if not isinstance(factor, str) or factor in parameters:
                 continue
             value = value_of(problem, factor)
             if is_number(value):
-                found[factor] = value
+                fixed[factor] = value
             else:
                 accepted = "accepted: another parameter, a number, or a place with a fixed number"
                 place = ("tune", "parameters", name, "product", index)
                 findings.append(source.finding(place, f"{factor} is no fixed number of the campaign", accepted))
-    return found, findings
+    return fixed, findings
 
 
 def _unused(problem: Problem, parameters: Mapping[str, Parameter]) -> list[Finding]:
-    """Names of their own that nothing is tied to."""
-    used = {factor for one in parameters.values() if isinstance(one, Product) for factor in one.factors}
+    """Names that nothing is tied to."""
+    used = {factor for parameter in parameters.values() if isinstance(parameter, Product) for factor in parameter.factors}
     lost = [name for name in parameters if not is_place(name) and name not in used]
     accepted = "accepted: a place such as controller.gains.k1, or a name that a product has as a factor"
     place = ("tune", "parameters")
@@ -196,7 +198,7 @@ def _unused(problem: Problem, parameters: Mapping[str, Parameter]) -> list[Findi
 
 
 def value_of(problem: Problem, place: str) -> Value | None:
-    """What a campaign has at a place, said or by default, in the unit of the key; None where that is no plain value, or drawn."""
+    """The value of a campaign at a place, given or by default, in the unit of the key; None where it is drawn."""
     source = problem.spec.source.value
     known, value = value_at(source, place)
     if known:
@@ -206,8 +208,8 @@ def value_of(problem: Problem, place: str) -> Value | None:
         return _default(problem.spec, [first, *steps])
     if first != "controller":
         return None
-    own = problem.spec.controller
-    return _default(component(FAMILY_OF[first], own.use).parameters.model_validate(dict(own.parameters)), steps)
+    controller = problem.spec.controller
+    return _default(component(FAMILY_OF[first], controller.use).parameters.model_validate(dict(controller.parameters)), steps)
 
 
 def _default(model: Any, steps: Sequence[str]) -> Value | None:

@@ -1,8 +1,8 @@
 """Tuning: a campaign with a section `tune` becomes a folder with the search, the best campaign, and its confirmation.
 
-    campaign ─space→ candidates ─races on common draws→ the best ─`run` on fresh draws→ tuned/, and the campaign as it is → own/
+    campaign ─space→ candidates ─races on common draws→ the best ─`run` on fresh draws→ tuned/, and the original campaign → own/
 
-A search is a function of its campaign and its seeds: what the folder has is not flown again, so one that was stopped goes on.
+A search is a function of its campaign and its seeds. A stopped search resumes: what its folder holds is not flown again.
 """
 
 from __future__ import annotations
@@ -72,8 +72,10 @@ def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tun
         if tuning.goal == "pareto" and not method.several and len(tuning.objective) > 1:
             several = ", ".join(name for name in known if component("searches", name).several)
             accepted = f"accepted: {several}; or another goal"
-            findings.append(source.finding(("tune", "method"), f"{use} follows one objective, the goal is pareto", accepted))
-    measures = [Measure.of(one, _columns(space)) for one in tuning.objective]
+            findings.append(
+                source.finding(("tune", "method"), f"{use} follows a single objective, but the goal is pareto", accepted)
+            )
+    measures = [Measure.of(objective, _columns(space)) for objective in tuning.objective]
     for index, measure in enumerate(measures):
         if measure.needs_sense(_columns(space)):
             accepted = "accepted: sense: smallest, or sense: largest"
@@ -94,12 +96,12 @@ def _confirmable(path: str | Path, overrides: Sequence[str], spec: Spec) -> list
         load(path, [*overrides, *_fresh_draws(spec)])
     except CampaignError as error:
         where = spec.source.where(("tune", "confirm", "samples"))
-        return [replace(one, where=where, path=f"tune.confirm.samples: {one.path}") for one in error.findings]
+        return [replace(finding, where=where, path=f"tune.confirm.samples: {finding.path}") for finding in error.findings]
     return []
 
 
 def _fresh_draws(spec: Spec) -> list[str]:
-    """Overrides that make a campaign the one that confirms."""
+    """Overrides that turn a campaign into the campaign that confirms."""
     return [f"samples={_samples(spec)}", f"seed={_fresh(spec)}", "baselines=[]", "tune=null"]
 
 
@@ -141,7 +143,7 @@ def tune(
     jax_config.configure(first.problem.spec.precision)
     spec = first.problem.spec
     seed = spec.seed + 1 if tuning.seed is None else tuning.seed
-    measures = [Measure.of(one, _columns(first)) for one in tuning.objective]
+    measures = [Measure.of(objective, _columns(first)) for objective in tuning.objective]
     judge = Judge(spec.require, measures, tuning.goal, _samples(spec))
     mine = _identity(first, tuning, seed)
     place = Path(out) if out is not None else Path("reports") / spec.name / f"tune-{short(mine)}"
@@ -168,19 +170,19 @@ def tune(
         search = Search(tuning, flights, judge, on_message, slopes, stop_at)
         task = Task(space.axes, seed, space.start, tuning.budget.candidates, judge.objectives)
         search.run(method.build(parameters), task)
-        found = _found(space, spec, tuning, search, seed)
+        record = _record(space, spec, tuning, search, seed)
         text = best_campaign(spec, space, flights.candidates[search.best].values if search.best != OWN else {}, overrides)
         folder.write_text(tuning_record.BEST, text)
-        folder.write_bytes(tuning_record.NAME, found.encode())
+        folder.write_bytes(tuning_record.NAME, record.encode())
         folder.seal()  # from here on the search is over, whatever happens to the confirmation
         on_message(f"confirming on {_samples(spec)} fresh draws")
-        found = found.model_copy(update={"confirmation": _confirmed(place, overrides, spec, search, on_progress, command)})
-        folder.write_text(tuning_record.TABLE, candidates_table(found))
-        folder.write_bytes(tuning_record.NAME, found.encode())
+        record = record.model_copy(update={"confirmation": _confirmed(place, overrides, spec, search, on_progress, command)})
+        folder.write_text(tuning_record.TABLE, candidates_table(record))
+        folder.write_bytes(tuning_record.NAME, record.encode())
         from rvjax.report import tuning_report as report  # plotting takes a second to import
 
-        report.write(folder, found)
-    return place, found
+        report.write(folder, record)
+    return place, record
 
 
 def _fresh(spec: Spec) -> int:
@@ -195,15 +197,15 @@ def _samples(spec: Spec) -> int:
 
 
 def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
-    """Everything that decides what a search does."""
+    """Everything that decides the result of a search."""
     spec = space.problem.spec
-    said = tuning.model_dump(mode="json", exclude={"confirm", "parameters", "method"})
-    said["parameters"] = {name: repr(one) for name, one in tuning.parameters.items()}
-    said["method"] = {"use": tuning.method.use, **tuning.method.parameters}
-    said["require"] = [one.model_dump(mode="json") for one in spec.require]
-    said["fresh"] = _samples(spec)  # decides which shares are needed
-    said["packages"] = {name: version(name) for name in component("searches", tuning.method.use).packages}
-    text = json.dumps(said, sort_keys=True, default=repr)
+    settings = tuning.model_dump(mode="json", exclude={"confirm", "parameters", "method"})
+    settings["parameters"] = {name: repr(parameter) for name, parameter in tuning.parameters.items()}
+    settings["method"] = {"use": tuning.method.use, **tuning.method.parameters}
+    settings["require"] = [requirement.model_dump(mode="json") for requirement in spec.require]
+    settings["fresh"] = _samples(spec)  # decides which shares are needed
+    settings["packages"] = {name: version(name) for name in component("searches", tuning.method.use).packages}
+    text = json.dumps(settings, sort_keys=True, default=repr)
     mine = identity(space.problem) | {"seed": seed}
     return mine | {
         SEARCH: hashlib.sha256(text.encode()).hexdigest(),
@@ -219,7 +221,7 @@ def _confirmed(
     progress: run.Progress | None,
     command: Sequence[str],
 ) -> Any:
-    """Flies the winner and the campaign as it is on fresh draws, and judges them."""
+    """Flies the winner and the original campaign on fresh draws and judges them."""
     tuning = search.tuning
     run.run(place / tuning_record.BEST, place / tuning_record.TUNED, ["baselines=[]"], on_progress=progress, command=command)
     run.run(place / CAMPAIGN, place / tuning_record.OWN, [*overrides, *_fresh_draws(spec)], on_progress=progress, command=command)
@@ -228,23 +230,25 @@ def _confirmed(
     seen = [*search.judge.values(table), search.judge.score(table).objectives[0]]
     from rvjax.analysis.verdicts import campaign_of
 
-    own = campaign_of(RunFolder.open(place / tuning_record.OWN))
-    return confirm(place / tuning_record.TUNED, place / tuning_record.OWN, own, search.judge, seen, tuning.confirm.confidence)
+    original = campaign_of(RunFolder.open(place / tuning_record.OWN))
+    return confirm(
+        place / tuning_record.TUNED, place / tuning_record.OWN, original, search.judge, seen, tuning.confirm.confidence
+    )
 
 
-def _found(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int) -> Searched:
+def _record(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int) -> Searched:
     flights, judge = search.flights, search.judge
     rows: list[Row] = []
     sizes = tuning.rounds
-    for one, standing in search.standings.items():
-        candidate = flights.candidates[one]
+    for number, standing in search.standings.items():
+        candidate = flights.candidates[number]
         flown = standing.samples > 0
-        table = flights.table(one, np.arange(standing.samples, dtype=np.int64)) if flown else None
-        early = flights.table(one, np.arange(sizes[0], dtype=np.int64)) if flown else None
+        table = flights.table(number, np.arange(standing.samples, dtype=np.int64)) if flown else None
+        early = flights.table(number, np.arange(sizes[0], dtype=np.int64)) if flown else None
         rows.append(
             Row(
-                candidate=one,
-                batch=search.batch_of[one],
+                candidate=number,
+                batch=search.batch_of[number],
                 u=[] if candidate.point is None else [float(u) for u in candidate.point],
                 values=candidate.values,
                 round=standing.round,
@@ -267,13 +271,13 @@ def _found(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int) 
         parameters=[
             Axis(
                 name=name,
-                range=str(one),
-                free=is_free(one),
-                scale="log" if isinstance(one, Log) else "levels" if is_free(one) and one.levels else "linear",
-                own=space.own.get(name),
+                range=str(parameter),
+                free=is_free(parameter),
+                scale="log" if isinstance(parameter, Log) else "levels" if is_free(parameter) and parameter.levels else "linear",
+                own=space.original.get(name),
                 best=best.get(name),
             )
-            for name, one in tuning.parameters.items()
+            for name, parameter in tuning.parameters.items()
         ],
         start=[] if space.start is None else [float(u) for u in space.start],
         objectives=[_measured(measure) for measure in judge.measures],
@@ -287,9 +291,9 @@ def _found(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int) 
 
 
 def _measured(measure: Measure) -> Measured:
-    one = measure.objective
-    large = measure.largest or one.probability
-    return Measured(text=str(measure), unit=measure.unit, largest=large, share=one.probability, weight=one.weight)
+    objective = measure.objective
+    large = measure.largest or objective.probability
+    return Measured(text=str(measure), unit=measure.unit, largest=large, share=objective.probability, weight=objective.weight)
 
 
 def _sensitivity(space: Space, rows: Sequence[Row]) -> list[Sensitivity]:
@@ -299,26 +303,26 @@ def _sensitivity(space: Space, rows: Sequence[Row]) -> list[Sensitivity]:
         return []
     y = rankdata([row.first[0] for row in known])
     generator = np.random.default_rng(SEED)
-    found: list[Sensitivity] = []
+    shares: list[Sensitivity] = []
     for index, name in enumerate(space.free):
         part = explained([row.u[index] for row in known], y, rng=generator)
         interval = tuning_record.Interval(value=part.share.value, low=part.share.low, high=part.share.high)
-        found.append(Sensitivity(name=name, share=interval, p=part.p))
-    return found
+        shares.append(Sensitivity(name=name, share=interval, p=part.p))
+    return shares
 
 
 def _cost(search: Search) -> Cost:
     flights, sizes = search.flights, search.tuning.rounds
-    own = len(flights.samples(OWN))
-    flew = [one for one, standing in search.standings.items() if one != OWN and standing.samples]
+    original = len(flights.samples(OWN))
+    flew = [number for number, standing in search.standings.items() if number != OWN and standing.samples]
     return Cost(
         flights=flights.flights,
-        own=own,
+        own=original,
         full=len(flew) * sizes[-1],
         lanes=flights.lanes,
         programs=flights.programs,
         sizes=list(sizes),
-        begun=[one.begun for one in search.rounds],
-        by_test=[one.by_test for one in search.rounds],
-        by_halving=[one.by_halving for one in search.rounds],
+        begun=[round_.begun for round_ in search.rounds],
+        by_test=[round_.by_test for round_ in search.rounds],
+        by_halving=[round_.by_halving for round_ in search.rounds],
     )
