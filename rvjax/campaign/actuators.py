@@ -12,15 +12,15 @@ from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonS
 
 from rvjax.campaign.distributions import Fixed
 from rvjax.campaign.fields import Model, channels, number, option, part, scalar
-from rvjax.campaign.plain_values import describe, is_list, is_mapping, is_number
-from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.plain_values import is_list, is_mapping, is_number
+from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.thruster_layout import FEWEST, LAYOUTS, MOST, Layout, Margin, limits, margins, rank
 from rvjax.columns import CHANNELS
 
 
 class Actuators(Model):
-    """−lower ≤ commanded wrench ≤ upper on each channel, each of the twelve limits times its own draw of spread."""
+    """−lower ≤ commanded wrench ≤ upper on each channel, each of the twelve limits times an independent draw of spread."""
 
     upper: Quantity = channels("N, N·m", above=0.0, doc="upper limits")
     lower: Quantity = channels("N, N·m", above=0.0, doc="lower limits, as positive numbers")
@@ -28,7 +28,7 @@ class Actuators(Model):
 
     @property
     def losses(self) -> list[Margin]:
-        """Nothing is left of a lost channel."""
+        """Empty: without thrusters there are no single losses to compare."""
         return []
 
     def _quantities(self, prefix: str) -> Iterator[tuple[str, Quantity]]:
@@ -40,7 +40,7 @@ class Actuators(Model):
 
 def _triple(raw: Any) -> tuple[float, float, float]:
     if not is_list(raw) or len(raw) != 3 or not all(is_number(item) for item in raw):
-        refuse(Problem(f"found {describe(raw)}", "accepted: a list of 3 numbers"))
+        refuse(unexpected(raw, "accepted: a list of 3 numbers"))
     x, y, z = map(float, raw)
     return x, y, z
 
@@ -60,7 +60,7 @@ class Thruster(Model):
     @classmethod
     def _direction(cls, along: Triple) -> Triple:
         if not 1e-100 < math.hypot(*along) < 1e100:
-            refuse(Problem(f"its length is {math.hypot(*along):g}", "accepted: a direction"))
+            refuse(Problem(f"the length is {math.hypot(*along):g}", "accepted: a direction of any other length"))
         return along
 
 
@@ -71,12 +71,12 @@ class Thrusters(Model):
     layout: Literal["cube-24", "pinwheel-12"] | None = option(default=None, doc="where the thrusters are; or else `thrusters`")
     size_m: float | None = number("m", default=None, above=0.0, doc="edge of the cube of a layout")
     max_N: float | None = number("N", default=None, above=0.0, doc="largest thrust of each thruster of a layout")
-    thrusters: tuple[Thruster, ...] = part(default=[], doc=f"{FEWEST} to {MOST} thrusters of one's own")
+    thrusters: tuple[Thruster, ...] = part(default=[], doc=f"{FEWEST} to {MOST} thrusters, instead of a layout")
     allocation: Literal["bounded-least-squares", "pseudo-inverse"] = option(
         default="bounded-least-squares", doc="how the commanded wrench becomes thrusts"
     )
     centre: float = number(
-        "1", default=0.5, at_least=0.0, at_most=1.0, doc="of the pseudo-inverse: thrust without a command, of the largest one"
+        "1", default=0.5, at_least=0.0, at_most=1.0, doc="of the pseudo-inverse: thrust without a command, as a share of max_N"
     )
     spread: Quantity = scalar("1", default=1.0, above=0.0, doc="factor on each largest thrust, drawn independently for each")
     least_margin: float | None = number(
@@ -84,61 +84,61 @@ class Thrusters(Model):
         default=None,
         at_least=0.0,
         at_most=1.0,
-        doc="part of every limit that must be left without any one thruster",
+        doc="share of every limit that must remain after the loss of any thruster",
     )
 
     @model_validator(mode="after")
     def _able(self) -> Self:
-        self._said_once()
+        self._either_layout_or_list()
         at: tuple[str, ...] = ("thrusters",) if self.thrusters else ("layout",)
         layout = self.geometry
-        if (found := rank(layout)) < 6:
-            refuse(Problem(f"these thrusters span {found} of the six directions of force and torque", "accepted: all six", at))
+        if (spanned := rank(layout)) < 6:
+            refuse(Problem(f"these thrusters span {spanned} of the six directions of force and torque", "accepted: all six", at))
         sides = zip((*("+" + name for name in CHANNELS), *("-" + name for name in CHANNELS)), _both(layout), strict=True)
         if missing := [side for side, limit in sides if limit <= 0.0]:
-            found = f"with the other five channels zero these thrusters cannot give {', '.join(missing)}"
-            refuse(Problem(found, "accepted: thrusters that, only pushing, give a wrench in every direction", at))
+            message = f"with the other five channels at zero these thrusters cannot produce {', '.join(missing)}"
+            refuse(Problem(message, "accepted: thrusters that can produce a wrench in every direction by pushing only", at))
         if self.least_margin is not None:
             worst = min(margins(layout), key=lambda margin: margin.share)
             if worst.share < self.least_margin:
-                found = f"without {worst.lost} only {worst.share:.3g} of the limit {worst.channel} is left"
-                refuse(Problem(found, "accepted: a least margin that every single loss leaves", ("least_margin",)))
+                message = f"without {worst.lost} only {worst.share:.3g} of the limit {worst.channel} remains"
+                refuse(Problem(message, "accepted: a least margin that remains after every single loss", ("least_margin",)))
         return self
 
-    def _said_once(self) -> None:
-        own = {"size_m": self.size_m, "max_N": self.max_N}
+    def _either_layout_or_list(self) -> None:
+        sizes = {"size_m": self.size_m, "max_N": self.max_N}
         if (self.layout is None) == (not self.thrusters):
-            found = "both layout and thrusters" if self.thrusters else "neither layout nor thrusters"
-            refuse(Problem(found, "accepted: one of them", ("thrusters",), at_key=True))
+            message = "both layout and thrusters" if self.thrusters else "neither layout nor thrusters"
+            refuse(Problem(message, "accepted: either layout or thrusters", ("thrusters",), at_key=True))
         if self.layout is not None:
-            missing = [key for key, value in own.items() if value is None]
+            missing = [key for key, value in sizes.items() if value is None]
             if missing:
                 accepted = "accepted: size_m and max_N of a layout"
                 refuse(*(Problem("missing", accepted, (key,), at_key=True) for key in missing))
             return
-        if unused := [key for key, value in own.items() if value is not None]:
-            accepted = "accepted: none, every thruster has its own place and max_N"
-            refuse(*(Problem(f"{key} beside a list of thrusters", accepted, (key,), at_key=True) for key in unused))
+        if unused := [key for key, value in sizes.items() if value is not None]:
+            accepted = "accepted: only at_m, along and max_N of each thruster"
+            refuse(*(Problem(f"{key} together with a list of thrusters", accepted, (key,), at_key=True) for key in unused))
         if not FEWEST <= len(self.thrusters) <= MOST:
             refuse(Problem(f"found {len(self.thrusters)} thrusters", f"accepted: {FEWEST} to {MOST}", ("thrusters",)))
 
     @property
     def geometry(self) -> Layout:
-        """Where the thrusters are and what they give at most, nominally."""
+        """Nominal places, directions and largest thrusts."""
         if self.layout is not None:
             assert self.size_m is not None
             assert self.max_N is not None
             return LAYOUTS[self.layout](self.size_m, self.max_N)
-        along = [np.array(one.along) / math.hypot(*one.along) for one in self.thrusters]
+        along = [np.array(thruster.along) / math.hypot(*thruster.along) for thruster in self.thrusters]
         return Layout(
-            tuple(one.at_m for one in self.thrusters),
+            tuple(thruster.at_m for thruster in self.thrusters),
             tuple((float(x), float(y), float(z)) for x, y, z in along),
-            tuple(one.max_N for one in self.thrusters),
+            tuple(thruster.max_N for thruster in self.thrusters),
         )
 
     @property
     def losses(self) -> list[Margin]:
-        """What is left after the loss of each single thruster."""
+        """The margin after the loss of each single thruster."""
         return list(margins(self.geometry))
 
     @property
@@ -165,7 +165,7 @@ def _both(layout: Layout) -> tuple[float, ...]:
 
 
 def _form(raw: Any, info: ValidationInfo) -> Any:
-    """The model that an entry belongs to: thrusters where it says `use`."""
+    """Reads thrusters if the entry has the key `use`, or else limits of the six channels."""
     if isinstance(raw, Model):
         return raw
     form = Thrusters if is_mapping(raw) and "use" in raw else Actuators
@@ -176,7 +176,7 @@ AnyActuators = Annotated[Actuators | Thrusters, BeforeValidator(_form)]
 
 
 def actuator_names(raw: Any) -> tuple[str, ...]:
-    """The names of what may fail, of what a campaign says of its actuators; empty where that is wrong, so that nobody knows."""
+    """The names of the actuators that may fail; empty where the section `actuators` is wrong."""
     if not is_mapping(raw) or "use" not in raw:
         return CHANNELS
     try:

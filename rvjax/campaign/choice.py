@@ -1,4 +1,4 @@
-"""Which component a campaign uses, with parameters that are read later, by the component's own model."""
+"""Which component a campaign uses. Its parameters are read later, by the component's model."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from typing import Any
 from pydantic import GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import core_schema
 
-from rvjax.campaign.plain_values import Place, describe, is_list, is_mapping
-from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.plain_values import Place, is_list, is_mapping
+from rvjax.campaign.problems import Problem, refuse, unexpected
 
 NAME = re.compile(r"[a-z][a-z0-9-]{0,63}")
-NAME_WORDS = "accepted: small letters, digits and hyphens, the first a letter, at most 64"
+NAME_WORDS = "accepted: small letters, digits and hyphens, the first a letter, at most 64 characters"
 KEYS = ("use", "name")
-"""What a campaign says of a component beside its parameters."""
+"""The keys of a component that are not parameters."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """One component: `{use: …, name: optional, …parameters}`.
+    """A component: `{use: …, name: optional, …parameters}`.
 
-    use: which component; name: its own, unique in its list; path: its place in the campaign; parameters: as written there.
+    use: the component; name: unique in its list; path: its place in the campaign; parameters: as written in the campaign.
     """
 
     use: str
@@ -34,20 +34,19 @@ class Choice:
 
     @property
     def prefix(self) -> str:
-        """Of the names of its quantities: `controller`; `faults.effectiveness`, wherever in its list it stands."""
+        """Prefix of the names of its quantities: `controller`, or `faults.effectiveness` whatever its position in the list."""
         field, *index = self.path
         return f"{field}.{self.name}" if index else str(field)
 
 
 def entry_names(entries: Sequence[Any]) -> list[str]:
-    """Each entry's own name, or else its `use`, numbered from the second of a kind on; "" if it has neither."""
-    given = [_text(entry, "name") for entry in entries]
+    """The `name` of each entry, or else its `use`, numbered from the second of a kind on; "" if it has neither."""
     numbers: dict[str, int] = {}
     names: list[str] = []
-    for own, entry in zip(given, entries, strict=True):
-        use = _text(entry, "use")
-        numbers[use] = numbers.get(use, 0) + (not own)
-        names.append(own or (use if numbers[use] == 1 else use and f"{use}-{numbers[use]}"))
+    for entry in entries:
+        name, use = _text(entry, "name"), _text(entry, "use")
+        numbers[use] = numbers.get(use, 0) + (not name)
+        names.append(name or (use if numbers[use] == 1 else use and f"{use}-{numbers[use]}"))
     return names
 
 
@@ -57,7 +56,7 @@ def _text(entry: Any, key: str) -> str:
 
 
 class OneChoice:
-    """Reads one component."""
+    """Reads a component."""
 
     def read(self, raw: Any, info: ValidationInfo) -> Any:
         """The choice, or every problem at once."""
@@ -66,21 +65,21 @@ class OneChoice:
         return refuse(*problems) if problems else choice
 
     def entry(self, raw: Any, path: Place, name: str, problems: list[Problem]) -> Choice | None:
-        """One choice at its path; places of problems are relative to the field, which is the first step of the path."""
+        """The choice at a path. Places of problems are relative to the field, which is the first step of the path."""
         below = path[1:]
         if not is_mapping(raw):
-            problems.append(Problem(f"found {describe(raw)}", "accepted: a mapping with use and parameters", below))
+            problems.append(unexpected(raw, "accepted: a mapping with use and parameters", below))
             return None
         if "use" not in raw:
             accepted = "accepted: the name of a component, see `rvjax list`"
             problems.append(Problem("missing", accepted, (*below, "use"), at_key=True))
         wrong = [key for key in KEYS if key in raw and not NAME.fullmatch(_text(raw, key))]
-        problems += [Problem(f"found {describe(raw[key])}", NAME_WORDS, (*below, key)) for key in wrong]
+        problems += [unexpected(raw[key], NAME_WORDS, (*below, key)) for key in wrong]
         parameters = {key: value for key, value in raw.items() if key not in KEYS}
         return Choice(_text(raw, "use"), name, path, MappingProxyType(parameters))
 
     def json_schema(self) -> dict[str, Any]:
-        """What the field accepts, as JSON Schema; parameters are the component's own."""
+        """What the field accepts, as JSON Schema, without the parameters."""
         name = {"type": "string", "pattern": f"^{NAME.pattern}$"}
         return {"type": "object", "properties": {"use": name, "name": name}, "required": ["use"]}
 
@@ -97,17 +96,17 @@ class ListOfChoices(OneChoice):
     def read(self, raw: Any, info: ValidationInfo) -> Any:
         """The choices, or every problem at once."""
         if not is_list(raw):
-            refuse(Problem(f"found {describe(raw)}", "accepted: a list of mappings, each with use"))
+            refuse(unexpected(raw, "accepted: a list of mappings, each with use"))
         problems: list[Problem] = []
         names = entry_names(raw)
         choices = tuple(self.entry(item, (str(info.field_name), index), names[index], problems) for index, item in enumerate(raw))
         first: dict[str, int] = {}
         for index, name in enumerate(names):
             if name and first.setdefault(name, index) != index:
-                found, accepted = f"the name {name} stands twice", f"the first is entry {first[name]}"
-                problems.append(Problem(found, accepted, (index, "name")))
+                message, accepted = f"the name {name} is used twice", f"entry {first[name]} has it already"
+                problems.append(Problem(message, accepted, (index, "name")))
         return refuse(*problems) if problems else choices
 
     def json_schema(self) -> dict[str, Any]:
-        """A list of what one component accepts."""
+        """A list of components, as JSON Schema."""
         return {"type": "array", "items": super().json_schema()}

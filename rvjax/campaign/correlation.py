@@ -17,14 +17,14 @@ from pydantic import model_validator
 from pydantic_core import core_schema
 
 from rvjax.campaign.fields import Model, option
-from rvjax.campaign.plain_values import describe, is_list, is_number
-from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.plain_values import is_list, is_number
+from rvjax.campaign.problems import Problem, refuse, unexpected
 
 LEAST = 1e-8
 """Eigenvalue of a correlation matrix that counts as above 0."""
 
 MOST = 64
-"""Variables in one group."""
+"""Variables in a group."""
 
 Matrix = tuple[tuple[float, ...], ...]
 
@@ -44,14 +44,12 @@ class RankMatrix:
         rows = raw if is_list(raw) else []
         square = all(is_list(row) and len(row) == len(rows) for row in rows)
         if not 2 <= len(rows) <= MOST or not square:
-            refuse(
-                Problem(f"found {describe(raw)}", f"accepted: a square matrix, [[1, 0.5], [0.5, 1]], of 2 to {MOST} variables")
-            )
+            refuse(unexpected(raw, f"accepted: a square matrix, [[1, 0.5], [0.5, 1]], of 2 to {MOST} variables"))
         accepted = "accepted: a number from -1 to 1"
         places = [(i, j) for i in range(len(rows)) for j in range(len(rows))]
         wrong = [(i, j) for i, j in places if not is_number(rows[i][j]) or not -1.0 <= rows[i][j] <= 1.0]
         if wrong:
-            refuse(*(Problem(f"found {describe(rows[i][j])}", accepted, (i, j)) for i, j in wrong))
+            refuse(*(unexpected(rows[i][j], accepted, (i, j)) for i, j in wrong))
         for i, j in places:
             if i == j and rows[i][j] != 1:
                 refuse(Problem(f"{rows[i][j]:g} on the diagonal", "accepted: 1 on the diagonal"))
@@ -61,8 +59,8 @@ class RankMatrix:
         for matrix, words in ((rank, ""), (normal_correlation(rank), " as correlations 2 sin(pi rho/6) of normal numbers")):
             least = float(np.linalg.eigvalsh(np.array(matrix))[0])
             if least < LEAST:
-                found = f"the matrix is not positive definite{words}, its least eigenvalue is {least:.3g}"
-                refuse(Problem(found, "accepted: correlations that can be together"))
+                message = f"the matrix is not positive definite{words}, its least eigenvalue is {least:.3g}"
+                refuse(Problem(message, "accepted: correlations that can occur together"))
         return rank
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
@@ -77,13 +75,13 @@ class Correlation(Model):
     """Draws with a Gaussian copula: the law of each stays what it is, their Spearman rank correlations are `rank`."""
 
     variables: tuple[str, ...] = option(doc="names of draws, such as pursuer.mass_kg and pursuer.inertia_kgm2.moments.x")
-    rank: Annotated[Matrix, RankMatrix()] = option(doc="rank correlation of each two of them, in their order")
+    rank: Annotated[Matrix, RankMatrix()] = option(doc="matrix of rank correlations, in the order of the variables")
 
     @model_validator(mode="after")
     def _fitting(self) -> Self:
         if len(self.variables) != len(self.rank):
-            found = f"{len(self.variables)} variables but a matrix of {len(self.rank)} rows"
-            refuse(Problem(found, "accepted: one row for each variable", ("rank",)))
+            message = f"{len(self.variables)} variables but a matrix of {len(self.rank)} rows"
+            refuse(Problem(message, "accepted: a row for each variable", ("rank",)))
         return self
 
     @property

@@ -1,4 +1,4 @@
-"""Named columns of numbers from a CSV file: what a component declares that reads a table."""
+"""Named columns of numbers from a CSV file, for components that read a table."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pydantic_core import core_schema
 
 from rvjax.campaign.csv_files import CsvFile
 from rvjax.campaign.distribution_notation import did_you_mean
-from rvjax.campaign.plain_values import describe, shorten
-from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.plain_values import shorten
+from rvjax.campaign.problems import Problem, refuse, unexpected
 
 
 @dataclass(frozen=True)
 class Series:
-    """names: of the columns; values: of each column, in the order of the rows; lines: of the file, on which these end."""
+    """names: of the columns; values: of each column, in the order of the rows; lines: line of the file on which each row ends."""
 
     names: tuple[str, ...]
     values: tuple[tuple[float, ...], ...]
@@ -29,14 +29,14 @@ class Series:
 
     @property
     def rows(self) -> int:
-        """How many rows there are; at least one."""
+        """The number of rows, at least 1."""
         return len(self.values[0])
 
 
 @dataclass(frozen=True)
 class DeclaredSeries:
-    """columns: that there must be; optional: that there may be; others: whether there may be any beside these;
-    absent: whether the file may be left out."""
+    """columns: required; optional: allowed; others: whether any further columns are allowed; absent: whether the file may be left
+    out."""
 
     columns: tuple[str, ...]
     optional: tuple[str, ...]
@@ -48,19 +48,19 @@ class DeclaredSeries:
         if raw is None and self.absent:
             return None
         if not isinstance(raw, CsvFile):
-            refuse(Problem(f"found {describe(raw)}", "accepted: the name of a CSV file"))
+            refuse(unexpected(raw, "accepted: the name of a CSV file"))
         if not raw.readable:
             refuse()  # there is a finding about it already
         known = (*self.columns, *self.optional)
         missing = [name for name in self.columns if name not in raw.names]
         unknown = [] if self.others else [name for name in raw.names if name not in known]
-        found = [Problem(f"{raw.name} has no column {name}", f"accepted: {', '.join(known)}", at_key=True) for name in missing]
-        found += [
+        problems = [Problem(f"{raw.name} has no column {name}", f"accepted: {', '.join(known)}", at_key=True) for name in missing]
+        problems += [
             Problem(f"{raw.name} has an unknown column {shorten(name)}", did_you_mean(name, known), at_key=True)
             for name in unknown
         ]
-        if found:
-            refuse(*found)
+        if problems:
+            refuse(*problems)
         try:
             return Series(raw.names, tuple(raw.column(name) for name in raw.names), tuple(line for line, _ in raw.rows))
         except ValueError as error:

@@ -1,7 +1,7 @@
-"""CSV files that a campaign names: any mapping in it with the key `csv` gets the file's table in place of the file's name.
+"""CSV files that a campaign names: in any mapping with the key `csv`, the table replaces the name of the file.
 
-A campaign comes from outside, so it reaches only plain files in its own folder and below. In a run folder the copies in
-`inputs/` are read, so that what was flown does not depend on the file it came from.
+A campaign is untrusted input, so it can only name plain files in its folder and below. In a run folder the copies in `inputs/`
+are read, so that the run does not depend on the original files.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from rvjax.campaign.yaml_document import FLOAT, LARGEST, NOT_FINITE, NOT_PRINTAB
 from rvjax.errors import Finding
 
 INPUTS = "inputs"
-"""Of a run folder: where the files that its campaign names are kept."""
+"""Folder inside a run folder, with copies of the files that the campaign names."""
 
 KEY = "csv"
 MOST_BYTES = 16 * 1024 * 1024
-"""Of all files that a campaign names, together."""
+"""Total size of the files that a campaign names."""
 
 MOST_CELLS = 2_000_000
 
 
 @dataclass(frozen=True)
 class CsvFile:
-    """name: as the campaign says it; names: of the columns; rows: cells, each row with the line that it ends on.
+    """A CSV file. name: as in the campaign; names: of the columns; rows: (line on which the row ends, cells).
 
-    Two files with the same cells are equal, whatever they are called.
+    Two files with the same cells are equal, whatever their names.
     """
 
     name: str = field(compare=False)
@@ -43,7 +43,7 @@ class CsvFile:
     readable: bool = True
 
     def column(self, name: str) -> tuple[float, ...]:
-        """The numbers of a column. ValueError, its text for the user, where a cell holds none."""
+        """The numbers of a column. ValueError with a text for the user where a cell is not a number."""
         place = self.names.index(name)
         return tuple(self._number(line, name, cells[place]) for line, cells in self.rows)
 
@@ -51,8 +51,8 @@ class CsvFile:
         text = cell.strip()
         if not FLOAT.fullmatch(text):
             kind = "is not a finite number" if NOT_FINITE.fullmatch(text) or text.lower() == "nan" else "is not a number"
-            found = describe(shorten(cell)) if text else "an empty cell"
-            raise ValueError(f"{self.name} line {line}, column {name}: {found} {kind}")
+            content = describe(shorten(cell)) if text else "an empty cell"
+            raise ValueError(f"{self.name} line {line}, column {name}: {content} {kind}")
         value = float(text)
         if abs(value) > LARGEST:
             raise ValueError(f"{self.name} line {line}, column {name}: {text} is too large")
@@ -63,8 +63,8 @@ class CsvFile:
 
 
 def attach(source: Source) -> Source:
-    """The source with every CSV file that it names read, its bytes kept, and a finding at the key `csv` where that fails. Files
-    that the source already holds are not read again."""
+    """The source with every CSV file that it names: table and bytes, or a finding at the key `csv` where a file cannot be read.
+    Files that the source already holds are not read again."""
     if source.value is None:
         return source
     reading = _Reading(Path(source.name).parent)
@@ -73,13 +73,13 @@ def attach(source: Source) -> Source:
         try:
             mapping[KEY] = reading.table(mapping[KEY], source.inputs)
         except _Refused as refused:
-            findings.append(source.finding((*place, KEY), refused.found, refused.accepted, key=True))
+            findings.append(source.finding((*place, KEY), refused.message, refused.accepted, key=True))
             mapping[KEY] = CsvFile(describe(mapping[KEY]), readable=False)
     return replace(source, findings=(*source.findings, *findings), inputs=reading.inputs)
 
 
 def _named(value: Any, place: Place) -> Iterator[tuple[Place, dict[str, Any]]]:
-    """Every mapping with the key `csv`, and its place."""
+    """(place, mapping) of every mapping with the key `csv`."""
     if is_mapping(value):
         if KEY in value:
             yield place, value
@@ -91,16 +91,16 @@ def _named(value: Any, place: Place) -> Iterator[tuple[Place, dict[str, Any]]]:
 
 
 class _Refused(Exception):
-    """A file that cannot be taken: what was found, and what is accepted."""
+    """The file is not accepted. message: what is wrong with it; accepted: what would be right."""
 
-    def __init__(self, found: str, accepted: str) -> None:
-        super().__init__(found)
-        self.found, self.accepted = found, accepted
+    def __init__(self, message: str, accepted: str) -> None:
+        super().__init__(message)
+        self.message, self.accepted = message, accepted
 
 
 @dataclass
 class _Reading:
-    """Reads each file once. folder: of the campaign; inputs: the bytes by name."""
+    """Reads each file once. folder: of the campaign; inputs: bytes of the files, by name."""
 
     folder: Path
     inputs: dict[str, bytes] = field(default_factory=dict[str, bytes])
@@ -116,10 +116,10 @@ class _Reading:
                 self.tables[name] = self._read(name)
             except _Refused as refused:
                 self.tables[name] = refused
-        found = self.tables[name]
-        if isinstance(found, _Refused):
-            raise found
-        return found
+        table = self.tables[name]
+        if isinstance(table, _Refused):
+            raise table
+        return table
 
     def _read(self, name: str) -> CsvFile:
         data = self._bytes(name)
@@ -132,13 +132,13 @@ class _Reading:
         return _parsed(name, text)
 
     def _bytes(self, name: str) -> bytes:
-        """The file's bytes: of the copy in a run folder, else of the file beside the campaign."""
+        """The bytes of a file: of the copy in a run folder, or else of the file in the campaign's folder."""
         home = os.path.realpath(self.folder)
         places = [os.path.join(home, INPUTS, name), os.path.join(home, name)]
         try:
             path = next((place for place in places if os.path.lexists(place)), places[-1])
             if not os.path.realpath(path).startswith(home + os.sep):
-                raise _Refused(f"{name} leads out of the campaign's folder", _ACCEPTED)
+                raise _Refused(f"{name} is outside the campaign's folder", _ACCEPTED)
             if os.path.lexists(path) and not os.path.isfile(path):
                 raise _Refused(f"{name} is not a plain file", _ACCEPTED)
             room = MOST_BYTES - sum(map(len, self.inputs.values()))
@@ -148,7 +148,7 @@ class _Reading:
             reason = error.strerror if isinstance(error, OSError) else error
             raise _Refused(f"{name} cannot be read: {reason}", _ACCEPTED) from None
         if len(data) > room:
-            raise _Refused(f"{name} is too large", f"accepted: {MOST_BYTES // 1024**2} MiB in all files together")
+            raise _Refused(f"{name} is too large", f"accepted: up to {MOST_BYTES // 1024**2} MiB for all CSV files together")
         return data
 
 
@@ -157,18 +157,18 @@ _DRIVE = re.compile(r"[A-Za-z]:")
 
 
 def _plain(given: object) -> str:
-    """The name of a file in the campaign's folder or below, without `./`."""
+    """The relative path of a file in the campaign's folder or below, without `./`."""
     if not isinstance(given, str) or not given or len(given) > 255:
         raise _Refused(f"found {describe(given)}", _ACCEPTED)
     path = PurePosixPath(given)
     odd = "\\" in given or NOT_PRINTABLE.search(given) or _DRIVE.match(given) or given != given.strip()
     if path.is_absolute() or ".." in path.parts or not path.parts or odd:
-        raise _Refused(f"found {describe(given)}, which is no plain relative path", _ACCEPTED)
+        raise _Refused(f"found {describe(given)}, which is not a plain relative path", _ACCEPTED)
     return path.as_posix()
 
 
 def _parsed(name: str, text: str) -> CsvFile:
-    """The table in a text: names in the first line, commas between cells, every row as long as the first."""
+    """The table in a text: names in the first line, commas between cells, rows of equal length."""
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     names: Sequence[str] | None = None
     rows: list[tuple[int, tuple[str, ...]]] = []
@@ -182,7 +182,7 @@ def _parsed(name: str, text: str) -> CsvFile:
                 _check_names(name, line, names)
                 continue
             if len(cells) != len(names):
-                raise _Refused(f"{name} line {line}: {len(cells)} cells", f"accepted: {len(names)}, as in its first line")
+                raise _Refused(f"{name} line {line}: {len(cells)} cells", f"accepted: {len(names)} cells, as in the first line")
             if (len(rows) + 1) * len(names) > MOST_CELLS:
                 raise _Refused(f"{name} line {line}: too many cells", f"accepted: at most {MOST_CELLS:,}")
             rows.append((line, tuple(cells)))
@@ -194,8 +194,8 @@ def _parsed(name: str, text: str) -> CsvFile:
 
 
 def _check_names(name: str, line: int, names: Sequence[str]) -> None:
-    if any(not one or NOT_PRINTABLE.search(one) for one in names):
+    if any(not column or NOT_PRINTABLE.search(column) for column in names):
         raise _Refused(f"{name} line {line}: a column without a name", "accepted: names in the first line")
     first: set[str] = set()
-    for twice in (one for one in names if one in first or first.add(one)):
-        raise _Refused(f"{name} line {line}: the column {shorten(twice)} stands twice", "accepted: names that differ")
+    for twice in (column for column in names if column in first or first.add(column)):
+        raise _Refused(f"{name} line {line}: the column {shorten(twice)} occurs twice", "accepted: names that differ")

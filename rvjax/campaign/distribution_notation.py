@@ -1,8 +1,8 @@
-"""How a campaign writes a quantity: a number is fixed, a one-key mapping is a distribution.
+"""How a campaign writes a quantity: a number is fixed, a mapping with a single key is a distribution.
 
-A vector is a list of three of them, a joint distribution (box, ball, direction, …), or one of them for every component,
-drawn independently. Channels are a list of six, one for every channel, or `{force: …, torque: …}`, each a list of three
-or one for all three. Thrusters are a list of as many as there are, or one for every thruster.
+A vector is a list of three of these, a joint distribution (box, ball, direction, …), or a single entry that every component
+shares and draws independently. Channels are a list of six, a single entry, or `{force: …, torque: …}`, each a list of three or a
+single entry. Thrusters are a list with an entry for each, or a single entry.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ from rvjax.campaign.distributions import (
     Weibull,
 )
 from rvjax.campaign.distributions.interface import ABOVE_ZERO
-from rvjax.campaign.plain_values import Place, describe, is_list, is_mapping, is_number, shorten
-from rvjax.campaign.problems import Problem
+from rvjax.campaign.plain_values import Place, is_list, is_mapping, is_number, shorten
+from rvjax.campaign.problems import Problem, unexpected
 from rvjax.campaign.quantity import Shape
 
 LAWS: dict[str, tuple[tuple[str, ...], Callable[..., Distribution]]] = {
@@ -54,25 +54,25 @@ LAWS: dict[str, tuple[tuple[str, ...], Callable[..., Distribution]]] = {
     "weibull": (("scale", "shape"), Weibull),
     "poisson": (("mean",), Poisson),
 }
-"""By the word in a campaign: its parameters in order, and what they make. `choice` takes a list of any length."""
+"""By the word in a campaign: the names of the parameters in order, and the distribution. `choice` takes a list of any length."""
 
 RADIAL: dict[str, Callable[[float], JointDistribution]] = {"ball": Ball, "direction": Direction}
 """Laws of a vector that take a radius, by the word in a campaign."""
 
 ABOUT = ("mean", "kappa", "radius")
-"""What `von_mises_fisher` takes."""
+"""Parameters of `von_mises_fisher`."""
 
 SCALAR_WORDS = (*LAWS, "choice", "table")
 VECTOR_WORDS = ("box", *RADIAL, "von_mises_fisher", "rotation")
 """`box` is three independent uniform distributions."""
 
 NOTHING = Fixed(0.0)
-"""Stands where a problem was found."""
+"""Stands in for a distribution with a problem."""
 
 
 @dataclass(frozen=True)
 class Range:
-    """What a number may be, in the unit of its key; a distribution must lie inside with its whole support."""
+    """The range of a number, in the unit of its key. The whole support of a distribution must lie inside."""
 
     at_least: float | None = None
     above: float | None = None
@@ -95,16 +95,16 @@ class Range:
 
 
 def with_unit(text: str, unit: str, between: str = " ") -> str:
-    """`3 kg`; where there is no unit or not the same for all components, there is none to show."""
+    """`3 kg`; the text alone where there is no unit, or where the components have different units."""
     return text if unit == "1" or "," in unit else f"{text}{between}{unit}"
 
 
 def forms() -> dict[str, tuple[str, type[Any]]]:
-    """Every word of a distribution: how a campaign writes it, and the class that it means."""
+    """(notation in a campaign, class) of every distribution, by its word."""
     scalars = {word: (names[0] if len(names) == 1 else f"[{', '.join(names)}]", law) for word, (names, law) in LAWS.items()}
     others: dict[str, tuple[str, Any]] = {
         "choice": ("[value, …] or {values: [value, …], weights: [weight, …]}", Pick),
-        "table": ("{csv: file, column: name}, also with interpolate: true", Empirical),
+        "table": ("{csv: file, column: name}, optionally with interpolate: true", Empirical),
         **{word: ("radius", law) for word, law in RADIAL.items()},
         "von_mises_fisher": ("{mean: [x, y, z], kappa: k, radius: r}", VonMisesFisher),
         "rotation": ("uniform", Attitude),
@@ -113,7 +113,7 @@ def forms() -> dict[str, tuple[str, type[Any]]]:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """`did you mean mass_kg?` or else the list of what is known."""
+    """`did you mean mass_kg?`, or else the list of the known names."""
     names = list(known)
     near = difflib.get_close_matches(word[:64], names, n=1, cutoff=0.7)
     return f"did you mean {near[0]}?" if near else f"accepted: {', '.join(names) or 'none'}"
@@ -121,14 +121,14 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class Reader:
-    """Reads one quantity in the unit `unit` and collects every problem on the way, each at its own place."""
+    """Reads a quantity in the unit `unit` and collects every problem with its place."""
 
     unit: str
     range: Range
     problems: list[Problem] = field(default_factory=list[Problem])
 
     def quantity(self, shape: Shape, raw: Any, thrusters: int = 0) -> tuple[tuple[Distribution, ...], JointDistribution | None]:
-        """Parts and joint distribution of a quantity; worth nothing if problems were found."""
+        """Parts and joint distribution of a quantity; not valid if there are problems."""
         if shape == "thrusters":
             return self.parts(raw, thrusters, ()), None
         if shape == "scalar":
@@ -144,7 +144,7 @@ class Reader:
         return self.parts(raw, 3, (), VECTOR_WORDS), None
 
     def channels(self, raw: Any) -> tuple[Distribution, ...]:
-        """A list of six, one scalar for every channel, or `{force: …, torque: …}`."""
+        """A list of six, a scalar for every channel, or `{force: …, torque: …}`."""
         halves = {"force", "torque"}
         if not is_mapping(raw) or not raw.keys() & halves:
             return self.parts(raw, 6, (), extra=("force and torque",))
@@ -153,22 +153,22 @@ class Reader:
         return tuple(part for key in sorted(halves & raw.keys()) for part in self.parts(raw[key], 3, (key,)))
 
     def parts(self, raw: Any, count: int, place: Place, extra: tuple[str, ...] = ()) -> tuple[Distribution, ...]:
-        """A list of `count` scalars, or one scalar for all of them; `extra`: words that the whole may also be."""
+        """A list of `count` scalars, or a single scalar for all. extra: further words, listed in the message."""
         if not is_list(raw):
             return (self.scalar(raw, place, extra),) * count
         if len(raw) != count:
-            self.refuse(place, f"found {describe(raw)}", f"accepted: a list of {count}, or one number or distribution for all")
+            self.unexpected(place, raw, f"accepted: a list of {count}, or a single number or distribution for all")
         return tuple(self.scalar(item, (*place, index)) for index, item in enumerate(raw))
 
     def scalar(self, raw: Any, place: Place, extra: tuple[str, ...] = ()) -> Distribution:
-        """A number, or a one-key mapping that is a distribution."""
+        """A number, or a mapping with a single key that is a distribution."""
         if is_number(raw):
             return self.checked("", lambda: Fixed(float(raw)), place)
         if not is_mapping(raw) or len(raw) != 1:
             words = ", ".join((*SCALAR_WORDS, *extra))
-            return self.refuse(
+            return self.unexpected(
                 place,
-                f"found {describe(raw)}",
+                raw,
                 f"accepted: {with_unit('a number', self.unit, ' in ')} or one of {words}",
             )
         ((word, given),) = raw.items()
@@ -182,7 +182,9 @@ class Reader:
             values = self.numbers(given, names, at)
             return self.checked(word, lambda: law(*values), at) if values else NOTHING
         if word in VECTOR_WORDS:
-            return self.refuse(at, f"{word} is for a whole vector", f"accepted: {', '.join(SCALAR_WORDS)}", at_key=True)
+            return self.refuse(
+                at, f"{word} is the distribution of a whole vector", f"accepted: {', '.join(SCALAR_WORDS)}", at_key=True
+            )
         return self.refuse(at, "unknown distribution", did_you_mean(word, (*SCALAR_WORDS, *extra)), at_key=True)
 
     def choice(self, given: Any, place: Place) -> Distribution:
@@ -191,26 +193,26 @@ class Reader:
             values = self.numbers(given, None, place)
             return self.checked("choice", lambda: Pick.of(values), place) if values else NOTHING
         if given.keys() != {"values", "weights"}:
-            return self.refuse(place, f"found {describe(given)}", "accepted: a list, or values and weights")
+            return self.unexpected(place, given, "accepted: a list, or values and weights")
         values = self.numbers(given["values"], None, (*place, "values"))
         weights = self.numbers(given["weights"], None, (*place, "weights"))
         return self.checked("choice", lambda: Pick.of(values, weights), place) if values and weights else NOTHING
 
     def table(self, given: Any, place: Place) -> Distribution:
-        """`{csv: file, column: name}`, whose file has been read; also with `interpolate: true`."""
+        """`{csv: file, column: name}`, whose file has been read; optionally with `interpolate: true`."""
         keys = given.keys() if is_mapping(given) else set[str]()
         if not {"csv", "column"} <= keys <= {"csv", "column", "interpolate"}:
-            return self.refuse(place, f"found {describe(given)}", "accepted: csv and column, also with interpolate: true")
+            return self.unexpected(place, given, "accepted: csv and column, and optionally interpolate: true")
         file, name, smooth = given["csv"], given["column"], given.get("interpolate", False)
         if not isinstance(smooth, bool):
-            return self.refuse((*place, "interpolate"), f"found {describe(smooth)}", "accepted: true or false")
+            return self.unexpected((*place, "interpolate"), smooth, "accepted: true or false")
         if not isinstance(name, str):
-            return self.refuse((*place, "column"), f"found {describe(name)}", "accepted: the name of a column")
+            return self.unexpected((*place, "column"), name, "accepted: the name of a column")
         if not isinstance(file, CsvFile) or not file.readable:  # there is a finding about it already
             return NOTHING
         if name not in file.names:
-            found = f"{file.name} has no column {shorten(name)}"
-            return self.refuse((*place, "csv"), found, did_you_mean(name, file.names), at_key=True)
+            message = f"{file.name} has no column {shorten(name)}"
+            return self.refuse((*place, "csv"), message, did_you_mean(name, file.names), at_key=True)
         try:
             values = file.column(name)
         except ValueError as error:
@@ -218,11 +220,11 @@ class Reader:
         return self.checked("table", lambda: Empirical.of(values, smooth), place)
 
     def box(self, given: Any, place: Place) -> tuple[Distribution, ...]:
-        """Independent uniform numbers on ± the half side of each axis."""
+        """Independent uniform numbers within ± the half side of each axis."""
         given = given if is_list(given) else [given] * 3
         halves = self.numbers(given, ("x", "y", "z"), place)
         if min(halves, default=0.0) < 0.0:
-            self.refuse(place, "a half side below 0", "accepted: at least 0")
+            self.refuse(place, "a half side is below 0", "accepted: at least 0")
             return ()
         return tuple(
             self.checked("box", lambda half=half: Uniform(-half, half) if half else Fixed(0.0), place) for half in halves
@@ -240,15 +242,17 @@ class Reader:
     def rotation(self, given: Any, place: Place) -> JointDistribution | None:
         """`uniform`, of modified Rodrigues parameters."""
         if self.unit != "1":
-            self.refuse(place, "rotation is for an attitude", f"accepted: {', '.join(VECTOR_WORDS[:-1])}", at_key=True)
+            self.refuse(
+                place, "rotation is the distribution of an attitude", f"accepted: {', '.join(VECTOR_WORDS[:-1])}", at_key=True
+            )
         elif given != "uniform":
-            self.refuse(place, f"found {describe(given)}", "accepted: uniform")
+            self.unexpected(place, given, "accepted: uniform")
         return Attitude()
 
     def about(self, given: Any, place: Place) -> JointDistribution | None:
         """`{mean: [x, y, z], kappa: k, radius: r}`."""
         if not is_mapping(given) or given.keys() != set(ABOUT):
-            self.refuse(place, f"found {describe(given)}", f"accepted: a mapping with {', '.join(ABOUT)}")
+            self.unexpected(place, given, f"accepted: a mapping with {', '.join(ABOUT)}")
             return None
         mean = self.numbers(given["mean"], ("x", "y", "z"), (*place, "mean"))
         kappa = self.numbers(given["kappa"], ("kappa",), (*place, "kappa"))
@@ -262,7 +266,7 @@ class Reader:
         return None
 
     def radius(self, word: str, given: Any, place: Place) -> float:
-        """A radius above 0 whose sphere is inside the range; 0 if a problem was found."""
+        """A radius above 0 whose sphere is inside the range; 0 if there is a problem."""
         for radius in self.numbers(given, ("radius",), place):
             if radius > 0.0:
                 self.checked(word, lambda radius=radius: Uniform(-radius, radius), place)
@@ -271,26 +275,26 @@ class Reader:
         return 0.0
 
     def numbers(self, given: Any, names: tuple[str, ...] | None, place: Place) -> list[float]:
-        """The parameters of a distribution, which are plain numbers; empty if a problem was found."""
+        """The parameters of a distribution, which are plain numbers; empty if there is a problem."""
         single = names is not None and len(names) == 1
         form = ", ".join(names or ("value", "value", "…"))
         form = form if single else f"[{form}]"
         items = [given] if single else given
         if not is_list(items) or (names is not None and len(items) != len(names)) or not items:
-            self.refuse(place, f"found {describe(given)}", f"accepted: {form}")
+            self.unexpected(place, given, f"accepted: {form}")
             return []
         wrong = [index for index, item in enumerate(items) if not is_number(item)]
         for index in wrong:
             at = place if single else (*place, index)
-            self.refuse(
+            self.unexpected(
                 at,
-                f"found {describe(items[index])}",
+                items[index],
                 f"accepted: {with_unit('a number', self.unit, ' in ')}, in {form}",
             )
         return [] if wrong else [float(item) for item in items]
 
     def checked(self, word: str, make: Callable[[], Distribution], place: Place) -> Distribution:
-        """The distribution that `make` gives, inside the range with its whole support."""
+        """The distribution that `make` returns; its whole support must be inside the range."""
         try:
             law = make()
         except ValueError as error:
@@ -298,13 +302,18 @@ class Reader:
         if not self.range.admits(law.low, law.high):
             low = "above 0" if law.low == ABOVE_ZERO else f"{law.low:g}"
             ends = with_unit(low if law.low == law.high else f"{low} to {law.high:g}", self.unit)
-            hint = "; a truncated_normal has ends" if math.isinf(law.low) or math.isinf(law.high) else ""
+            hint = "; a truncated_normal has bounds" if math.isinf(law.low) or math.isinf(law.high) else ""
             return self.refuse(
                 place, f"{word} reaches from {ends}" if word else ends, f"accepted: {self.range.words(self.unit)}{hint}"
             )
         return law
 
-    def refuse(self, place: Place, found: str, accepted: str, at_key: bool = False) -> Distribution:
+    def refuse(self, place: Place, message: str, accepted: str, at_key: bool = False) -> Distribution:
         """Keep a problem."""
-        self.problems.append(Problem(found, accepted, place, at_key))
+        self.problems.append(Problem(message, accepted, place, at_key))
+        return NOTHING
+
+    def unexpected(self, place: Place, value: object, accepted: str) -> Distribution:
+        """Keep the problem that the value at a place is not accepted."""
+        self.problems.append(unexpected(value, accepted, place))
         return NOTHING

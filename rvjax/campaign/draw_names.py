@@ -1,4 +1,4 @@
-"""Names of draws as a campaign says them: what is wrong with one that is none."""
+"""Names of draws in a campaign, and what is wrong with a name that is not a draw."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rvjax.campaign.variables import Variable, variables
 MOST_SUGGESTIONS = 20
 
 Wrong = tuple[str, str]
-"""What was found, and what is accepted."""
+"""(message, what is accepted)."""
 
 
 class Names:
@@ -23,41 +23,43 @@ class Names:
         self.drawn: dict[str, Variable] = variables(quantities)
         self.variable = {name: variable for variable in self.drawn.values() for name in variable.draws}
         self._asked = 0
-        self._fixed = {own for name, quantity in quantities.items() for own in quantity.names(name)}.difference(self.variable)
+        self._fixed = {component for name, quantity in quantities.items() for component in quantity.names(name)}.difference(
+            self.variable
+        )
 
     def draw(self, name: str) -> Wrong | None:
         """What is wrong with the name of a draw."""
         if name in self.variable:
             return None
         if name in self._fixed:
-            return f"{shorten(name)} is not drawn, it is fixed", "accepted: the name of a draw"
-        return f"{shorten(name)} is no draw", self._suggestion(name, list(self.variable))
+            return f"{shorten(name)} is fixed, not drawn", "accepted: the name of a draw"
+        return f"{shorten(name)} is not a draw", self._suggestion(name, list(self.variable))
 
     def scalar(self, name: str) -> Wrong | None:
-        """What is wrong with the name of a draw that has a law of its own."""
+        """What is wrong with the name of a draw that must have an independent law."""
         if name not in self.drawn and name in self.variable:
             variable = self.variable[name]
-            found = f"{name} is drawn together with the others of {variable.name}"
-            return found, f"accepted: a draw with a law of its own, not {in_words(variable.law)}"
+            message = f"{name} is drawn jointly with the other components of {variable.name}"
+            return message, f"accepted: a draw with a scalar law, not {in_words(variable.law)}"
         return self.draw(name)
 
     def beginning(self, name: str) -> Wrong | None:
         """What is wrong with the name of some draws, or the beginning of their names."""
-        if any(covers(name, own) for own in self.variable):
+        if any(covers(name, draw) for draw in self.variable):
             return None
-        if any(covers(name, own) for own in self._fixed):
-            return f"nothing of {shorten(name)} is drawn", "accepted: names of draws, or beginnings of them"
-        parts = [own.split(".") for own in self.variable]
+        if any(covers(name, draw) for draw in self._fixed):
+            return f"nothing of {shorten(name)} is drawn", "accepted: names of draws, or the beginning of names"
+        parts = [draw.split(".") for draw in self.variable]
         known = {".".join(steps[:length]): None for steps in parts for length in range(2, len(steps) + 1)}
-        return f"{shorten(name)} is no draw", self._suggestion(name, list(known))
+        return f"{shorten(name)} is not a draw", self._suggestion(name, list(known))
 
     def _suggestion(self, name: str, known: Sequence[str]) -> str:
         """The nearest name, of the first few that are asked for: comparing words takes time."""
         self._asked += 1
-        said = did_you_mean(name, known) if self._asked <= MOST_SUGGESTIONS else ""
-        return said if said.startswith("did") else f"accepted: the name of a draw, such as {', '.join(known[:3])}"
+        suggestion = did_you_mean(name, known) if self._asked <= MOST_SUGGESTIONS else ""
+        return suggestion if suggestion.startswith("did") else f"accepted: the name of a draw, such as {', '.join(known[:3])}"
 
 
 def covers(beginning: str, name: str) -> bool:
-    """Whether a name is this one or begins with it: pursuer.inertia_kgm2 covers pursuer.inertia_kgm2.moments.x."""
+    """Whether a name equals this beginning or continues it: pursuer.inertia_kgm2 covers pursuer.inertia_kgm2.moments.x."""
     return name == beginning or name.startswith(f"{beginning}.")

@@ -24,10 +24,10 @@ def campaign_text(spec: Spec, assignments: Sequence[str], without: Collection[st
     source = override(read_text(spec.source.text, spec.source.name), [*assignments, *more])
     assert source.value is not None, "it was read before"
     assert not source.findings, "every value was loaded before"
-    said: dict[str, Any] = {key: value for key, value in source.value.items() if key not in without}
+    values: dict[str, Any] = {key: value for key, value in source.value.items() if key not in without}
     writer: Any = YAML()
     writer.default_flow_style = None
     writer.width = WIDTH
     text = io.StringIO()
-    writer.dump(said, text)
+    writer.dump(values, text)
     return f"# {comment}\n{text.getvalue()}"

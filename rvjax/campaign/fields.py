@@ -35,8 +35,8 @@ from rvjax.campaign import units
 from rvjax.campaign.csv_columns import DeclaredSeries
 from rvjax.campaign.distribution_notation import Range, Reader, did_you_mean, with_unit
 from rvjax.campaign.json_forms import distribution, drawn_attitude, joint_distribution
-from rvjax.campaign.plain_values import Place, describe, is_mapping, is_number
-from rvjax.campaign.problems import Problem, problems, refuse
+from rvjax.campaign.plain_values import Place, is_mapping, is_number
+from rvjax.campaign.problems import Problem, problems, refuse, unexpected
 from rvjax.campaign.quantity import Quantity, Shape
 from rvjax.campaign.source import Source
 from rvjax.campaign.thruster_layout import MOST
@@ -46,7 +46,7 @@ from rvjax.errors import Finding
 M = TypeVar("M", bound="Model")
 
 MOST_SUGGESTIONS = 20
-"""Unknown keys in one mapping that get a suggestion each; comparing words takes time."""
+"""Unknown keys in a mapping that get a suggestion each; comparing words takes time."""
 
 
 class Model(BaseModel):
@@ -67,24 +67,24 @@ class Model(BaseModel):
     @model_validator(mode="wrap")
     @classmethod
     def _report(cls, raw: Any, read: ModelWrapValidatorHandler[Any]) -> Any:
-        """Adds unknown and missing keys, in words that name this model's keys, to what is wrong with the known ones."""
+        """Adds unknown and missing keys, with messages that name this model's keys, to the problems of the known keys."""
         if isinstance(raw, cls):
             return raw
         if not is_mapping(raw):
-            refuse(Problem(f"found {describe(raw)}", f"accepted: a mapping with {', '.join(cls.keys())}"))
+            refuse(unexpected(raw, f"accepted: a mapping with {', '.join(cls.keys())}"))
         keys = cls.keys()
         unknown = sorted(raw.keys() - keys.keys())
         missing = [key for key, info in keys.items() if key not in raw and info.is_required()]
         instead = {key: cls._instead(key) for key in unknown[:MOST_SUGGESTIONS]}
         all_keys = f"accepted: {', '.join(keys)}"
-        found = [Problem("unknown key", instead.get(key, all_keys), (key,), at_key=True) for key in unknown]
-        found += [Problem("missing", f"accepted: {keys[key].description}", (key,), at_key=True) for key in missing]
+        wrong = [Problem("unknown key", instead.get(key, all_keys), (key,), at_key=True) for key in unknown]
+        wrong += [Problem("missing", f"accepted: {keys[key].description}", (key,), at_key=True) for key in missing]
         absent = {(key,) for key in missing}
         try:
             model = read({key: value for key, value in raw.items() if key in keys})
         except ValidationError as error:
-            refuse(*found, *(problem for problem in problems(error) if problem.place not in absent))
-        return refuse(*found) if found else model
+            refuse(*wrong, *(problem for problem in problems(error) if problem.place not in absent))
+        return refuse(*wrong) if wrong else model
 
     @classmethod
     def keys(cls) -> dict[str, FieldInfo]:
@@ -93,7 +93,7 @@ class Model(BaseModel):
 
     @classmethod
     def _instead(cls, key: str) -> str:
-        """The key of the same stem in another unit, or else the nearest one, or else all."""
+        """The key with the same stem in another unit, or else the most similar key, or else all keys."""
         keys = cls.keys()
         others = {known: units.split(known) for known in keys}
         stems = {known: stem for known, (stem, unit) in others.items() if unit is not units.NONE}
@@ -118,7 +118,7 @@ class Model(BaseModel):
 
 @dataclass(frozen=True)
 class Declared(ABC):
-    """What one field holds. unit: SI; symbol: of the key's unit; factor: to SI; optional: may be left out."""
+    """What a field holds. unit: SI; symbol: of the key's unit; factor: to SI; optional: may be left out."""
 
     unit: str
     factor: float
@@ -136,7 +136,7 @@ class Declared(ABC):
         """What the key accepts, as JSON Schema."""
 
     def flown(self, names: tuple[str, ...]) -> Declared:
-        """The same, of the actuators that a campaign flies, by their names."""
+        """The same field for the actuators of the campaign, by their names."""
         del names
         return self
 
@@ -167,7 +167,7 @@ class DeclaredNumber(Declared):
         if not is_number(raw) or not self.range.admits(raw, raw):
             limits = self.range.words(self.symbol)
             number = f"a number {limits}" if limits else with_unit("a number", self.symbol, " in ")
-            refuse(Problem(f"found {describe(raw)}", f"accepted: {number}"))
+            refuse(unexpected(raw, f"accepted: {number}"))
         return raw * self.factor
 
     def json_schema(self) -> dict[str, Any]:
@@ -176,14 +176,14 @@ class DeclaredNumber(Declared):
 
 @dataclass(frozen=True)
 class DeclaredQuantity(Declared):
-    """A quantity, fixed or drawn. largest_norm: the most that |X| may be, in the key's unit; thrusters: how many."""
+    """A quantity, fixed or drawn. largest_norm: upper limit of |X|, in the unit of the key; thrusters: their number."""
 
     shape: Shape
     largest_norm: float | None = None
     thrusters: int = 0
 
     def flown(self, names: tuple[str, ...]) -> Declared:
-        """Of the thrusters in the place of the channels, where they fly."""
+        """One number per thruster instead of per channel, where thrusters fly."""
         if self.shape != "channels" or names == CHANNELS:
             return self
         return replace(self, shape="thrusters", thrusters=len(names))
@@ -199,8 +199,8 @@ class DeclaredQuantity(Declared):
         quantity = Quantity(self.shape, parts, joint, self.unit, self.doc)
         if self.largest_norm is not None and quantity.largest_norm > self.largest_norm:
             most = with_unit(f"{self.largest_norm:g}", self.symbol)
-            found = f"the norm reaches {with_unit(f'{quantity.largest_norm:g}', self.symbol)}"
-            refuse(Problem(found, f"accepted: a norm of at most {most} in every draw"))
+            message = f"the norm reaches {with_unit(f'{quantity.largest_norm:g}', self.symbol)}"
+            refuse(Problem(message, f"accepted: a norm of at most {most} in every draw"))
         try:
             scaled = tuple(part.scaled(self.factor) for part in parts)
             return replace(quantity, parts=scaled, joint=joint and joint.scaled(self.factor))
@@ -229,7 +229,7 @@ def _list_of(items: dict[str, Any], count: int, most: int = 0) -> dict[str, Any]
 
 
 def actuators(info: ValidationInfo) -> tuple[str, ...]:
-    """The names of the actuators that the campaign flies: those of the channels unless `validate` was told others."""
+    """The names of the campaign's actuators: the channels unless `validate` got other names."""
     context: Mapping[str, Any] = info.context or {}
     return context.get("actuators", CHANNELS)
 
@@ -240,7 +240,7 @@ def declared(info: FieldInfo) -> Declared | None:
 
 
 class Declaration(TypedDict, total=False):
-    """Of a field. key: if it is not the attribute's name; the range and the default are in the unit of the key."""
+    """The arguments of a field. key: if it is not the attribute's name; the range and the default are in the unit of the key."""
 
     key: str
     default: Any
@@ -273,7 +273,7 @@ def vector(unit: str, norm_at_most: float | None = None, **declaration: Unpack[D
 
 
 def channels(unit: str, **declaration: Unpack[Declaration]) -> Any:
-    """Six numbers fx, fy, fz, tx, ty, tz, fixed or drawn, of a fault also one a thruster; the range holds for each."""
+    """Six numbers fx, fy, fz, tx, ty, tz, fixed or drawn, or for a fault a number per thruster; the range holds for each."""
     return _field(DeclaredQuantity, unit, declaration, shape="channels")
 
 
@@ -313,7 +313,7 @@ def part(*, default: Any = PydanticUndefined, doc: str) -> Any:
 
 
 def with_defaults(model: type[M], **defaults: float) -> type[M]:
-    """The same numbers with other defaults, each by the name of its field and in the unit of its key."""
+    """The model with other defaults, each by the name of its field and in the unit of its key."""
     fields: dict[str, Any] = {}
     for name, default in defaults.items():
         known = model.model_fields[name]
@@ -326,9 +326,9 @@ def with_defaults(model: type[M], **defaults: float) -> type[M]:
 def validate(
     model: type[M], raw: Mapping[str, Any], place: Place, source: Source, names: tuple[str, ...] = CHANNELS
 ) -> tuple[M | None, list[Finding]]:
-    """What a campaign says at a place as a model, or every finding about it. names: of the actuators that it is about."""
+    """(model, findings) of the values at a place of a campaign; the model is None if there are any. names: of the actuators."""
     try:
         return model.model_validate(dict(raw), context={"actuators": names}), []
     except ValidationError as error:
         below = (problem.below(place) for problem in problems(error))
-        return None, [source.finding(p.place, p.found, p.accepted, p.at_key) for p in below]
+        return None, [source.finding(p.place, p.message, p.accepted, p.at_key) for p in below]

@@ -1,11 +1,12 @@
-"""Temporal margins as a campaign says them: formulas over signals, read once into frozen values, free of JAX.
+"""Temporal margins of a campaign: formulas over signals, read into frozen values. Free of JAX.
 
     formula    {always: state}, {eventually: state}, {until_settled: state}, {until: {hold: state, reach: state}},
-               {all: [formula, …]}, {any: [formula, …]}, {not: formula}; or by itself {time_share: state}
+               {all: [formula, …]}, {any: [formula, …]}, {not: formula}; or, not inside another, {time_share: state}
     state      {signal: name, below: x}, {signal: name, above: x}, {all: [state, …]}, {any: [state, …]}, {not: state}
 
-A state is true or not at one instant; a formula is about a flight. Beside the state of always and eventually, and beside hold and
-reach, `from_s` and `to_s` say which instants count. What the operators mean: `rvjax.simulation.temporal_margins`.
+A state is true or false at an instant; a formula is true or false of a flight. `from_s` and `to_s`, next to the state of always
+and eventually or next to hold and reach, select the instants that count. `rvjax.simulation.temporal_margins` defines the
+operators.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from pydantic_core import core_schema
 
 from rvjax.campaign.choice import NAME, NAME_WORDS
 from rvjax.campaign.distribution_notation import did_you_mean
-from rvjax.campaign.plain_values import Place, describe, is_list, is_mapping, is_number, shorten
-from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.plain_values import Place, is_list, is_mapping, is_number, shorten
+from rvjax.campaign.problems import Problem, refuse, unexpected
 
 MOST = 256
 """Predicates in the margins of a campaign."""
@@ -30,23 +31,23 @@ MOST_SUGGESTIONS = 20
 """Unknown keys that get a suggestion each; comparing words takes time."""
 
 STEPS = 1e-6
-"""How far a window's end may be from an instant that it is meant to hold, in steps."""
+"""Rounding tolerance of the ends of a window, in steps."""
 
 TEMPORAL = ("always", "eventually", "until_settled", "until", "time_share")
 BOOLEAN = ("all", "any", "not")
 WINDOW = ("from_s", "to_s")
 PREDICATE = ("signal", "below", "above", "scale")
 A_FORMULA = "accepted: a formula, such as {always: {signal: position_error_m, below: 30}}"
-A_STATE = "accepted: {signal: …, below: …}, {signal: …, above: …}, or all, any, not of such"
+A_STATE = "accepted: {signal: …, below: …}, {signal: …, above: …}, or all, any or not of these"
 NOT_NESTED = (
-    "accepted: predicates with all, any and not there; nested in time, a margin would need the whole trace, "
-    "and it is folded during the flight in fixed memory"
+    "accepted: predicates with all, any and not; a margin is computed during the flight in fixed memory, "
+    "and nested temporal operators would need the whole trace"
 )
 
 
 @dataclass(frozen=True)
 class Predicate:
-    """signal < value, or above: signal > value, in the unit of the signal; scale: what its margin is divided by."""
+    """signal < value, or signal > value if `above`, in the unit of the signal. scale: divisor of its margin."""
 
     signal: str
     above: bool
@@ -57,7 +58,7 @@ class Predicate:
 
 @dataclass(frozen=True)
 class Junction:
-    """all: every part is true; any: at least one is."""
+    """all: every part is true; any: at least a part is true."""
 
     word: Literal["all", "any"]
     parts: tuple[Formula, ...]
@@ -79,7 +80,7 @@ class Window:
     end: float | None = None
 
     def steps(self, step_s: float) -> tuple[float, float]:
-        """The numbers of its first and its last step; nothing is inside where the first is behind the last."""
+        """(first, last) step of the window; the window is empty where the first is after the last."""
         return math.ceil(self.start / step_s - STEPS), math.inf if self.end is None else math.floor(self.end / step_s + STEPS)
 
 
@@ -101,7 +102,7 @@ class Eventually:
 
 @dataclass(frozen=True)
 class TimeShare:
-    """No formula but a number: the share of the instants of the window at which the part is true."""
+    """A number rather than a formula: the share of the instants of the window at which the part is true."""
 
     part: Formula
     window: Window = Window()
@@ -109,14 +110,14 @@ class TimeShare:
 
 @dataclass(frozen=True)
 class UntilSettled:
-    """The part is true at every instant before the first from which both capture tubes hold to the end of the flight."""
+    """The part is true at every instant before settling, the first instant from which both capture tubes hold until the end."""
 
     part: Formula
 
 
 @dataclass(frozen=True)
 class Until:
-    """reach is true at some instant of the window, and hold at every instant of the flight before that one."""
+    """reach is true at some instant of the window, and hold at every earlier instant of the flight."""
 
     hold: Formula
     reach: Formula
@@ -129,7 +130,7 @@ Formula = Predicate | Junction | Negation | Always | Eventually | UntilSettled |
 
 @dataclass
 class Reader:
-    """Reads margins and collects every problem and every predicate on the way. horizon: duration and step [s], where known."""
+    """Reads margins and collects every problem and every predicate. horizon: duration and step [s], where known."""
 
     horizon: tuple[float, float] | None = None
     problems: list[Problem] = field(default_factory=list[Problem])
@@ -139,47 +140,49 @@ class Reader:
     def margins(self, raw: Any) -> dict[str, Formula]:
         """The formulas by name, in the order of the names; those with a problem are left out."""
         if not is_mapping(raw):
-            self._wrong(f"found {describe(raw)}", "accepted: a mapping from names to formulas", ())
+            self._unexpected(raw, "accepted: a mapping from names to formulas", ())
             return {}
-        found: dict[str, Formula] = {}
-        for name, said in sorted(raw.items()):
+        formulas: dict[str, Formula] = {}
+        for name, value in sorted(raw.items()):
             if not NAME.fullmatch(name):
-                self._wrong(f"found {describe(name)}", NAME_WORDS, (name,), at_key=True)
-            if (formula := self.formula(said, (name,))) is not None:
-                found[name] = formula
+                self._unexpected(name, NAME_WORDS, (name,), at_key=True)
+            if (formula := self.formula(value, (name,))) is not None:
+                formulas[name] = formula
         if len(self.predicates) > MOST:
             self._wrong(f"{len(self.predicates):,} predicates", f"accepted: at most {MOST} in all margins", ())
-        return found
+        return formulas
 
     def formula(self, raw: Any, place: Place, inside: str = "") -> Formula | None:
-        """One formula, or inside a temporal operator one state; None where there is a problem."""
+        """A formula, or a state inside the temporal operator `inside`; None where there is a problem."""
         accepted = A_STATE if inside else A_FORMULA
         if not is_mapping(raw):
-            return self._wrong(f"found {describe(raw)}", accepted, place)
+            return self._unexpected(raw, accepted, place)
         words = [key for key in raw if key in (*BOOLEAN, *TEMPORAL, "signal")]
         if not words:
             if not raw or set(raw) <= {*PREDICATE, *WINDOW}:
                 return self._wrong("no operator and no signal" if not inside else "no signal", accepted, place)
             return self._unknown(set(raw) - {*PREDICATE, *WINDOW}, (*BOOLEAN, *TEMPORAL, *PREDICATE), place)
         if len(words) > 1:
-            return self._wrong(f"{' and '.join(words)} in one mapping", "accepted: one of them, or all: [{…}, {…}]", place)
+            return self._wrong(
+                f"{' and '.join(words)} in the same mapping", "accepted: a single operator, or all: [{…}, {…}]", place
+            )
         (word,) = words
         known = {word, *PREDICATE} if word == "signal" else {word}
         clean = set(raw) <= known or self._unknown(set(raw) - known, sorted(known), place, word) is not None
         if word in TEMPORAL:
-            found = self._temporal(word, raw[word], (*place, word), inside)
+            formula = self._temporal(word, raw[word], (*place, word), inside)
         elif word == "signal":
-            found = self._predicate(raw, place, inside)
+            formula = self._predicate(raw, place, inside)
         elif word == "not":
             part = self.formula(raw[word], (*place, word), inside)
-            found = None if part is None else Negation(part)
+            formula = None if part is None else Negation(part)
         else:
-            found = self._junction("all" if word == "all" else "any", raw[word], (*place, word), inside)
-        return found if clean else None
+            formula = self._junction("all" if word == "all" else "any", raw[word], (*place, word), inside)
+        return formula if clean else None
 
     def _junction(self, word: Literal["all", "any"], raw: Any, place: Place, inside: str) -> Formula | None:
         if not is_list(raw) or not raw:
-            return self._wrong(f"found {describe(raw)}", "accepted: a list of one or more", place)
+            return self._unexpected(raw, "accepted: a list with at least an entry", place)
         parts = [self.formula(part, (*place, index), inside) for index, part in enumerate(raw)]
         whole = tuple(part for part in parts if part is not None)
         return Junction(word, whole, place) if len(whole) == len(parts) else None
@@ -191,7 +194,7 @@ class Reader:
             part = self.formula(raw, place, word)
             return None if part is None else UntilSettled(part)
         if not is_mapping(raw):
-            return self._wrong(f"found {describe(raw)}", A_STATE, place)
+            return self._unexpected(raw, A_STATE, place)
         window = self._window(raw, place)
         if word == "until":
             return self._until(raw, place, window)
@@ -199,7 +202,7 @@ class Reader:
         if part is None or window is None:
             return None
         if word == "time_share" and len(place) > 2:
-            accepted = "accepted: it alone under the name of a margin; a share of time is no margin to take the smallest of"
+            accepted = "accepted: time_share alone under the name of a margin; it is a share of time and not a margin"
             return self._wrong(
                 f"time_share inside {place[-3 if isinstance(place[-2], int) else -2]}", accepted, place, at_key=True
             )
@@ -210,9 +213,7 @@ class Reader:
         self._unknown(set(raw) - {*sides, *WINDOW}, (*sides, *WINDOW), place)
         for side in sides:
             if side not in raw:
-                self._wrong(
-                    "missing", "accepted: hold, what is true before, and reach, what ends it", (*place, side), at_key=True
-                )
+                self._wrong("missing", "accepted: hold, true until then, and reach, what ends it", (*place, side), at_key=True)
         hold, reach = (self.formula(raw[side], (*place, side), "until") if side in raw else None for side in sides)
         if hold is None or reach is None or window is None or not set(raw) <= {*sides, *WINDOW}:
             return None
@@ -222,73 +223,76 @@ class Reader:
         before = len(self.problems)
         signal, sides = raw["signal"], [side for side in ("below", "above") if side in raw]
         if not isinstance(signal, str):
-            self._wrong(
-                f"found {describe(signal)}", "accepted: the name of a signal, such as position_error_m", (*place, "signal")
-            )
+            self._unexpected(signal, "accepted: the name of a signal, such as position_error_m", (*place, "signal"))
         if len(sides) != 1:
-            words = "both of below and above" if sides else "neither below nor above"
-            self._wrong(words, "accepted: one of below and above", place)
+            words = "both below and above" if sides else "neither below nor above"
+            self._wrong(words, "accepted: below or above", place)
         for key in (*sides, "scale"):
             if key in raw and not is_number(raw[key]):
-                self._wrong(f"found {describe(raw[key])}", "accepted: a number in the unit of the signal", (*place, key))
+                self._unexpected(raw[key], "accepted: a number in the unit of the signal", (*place, key))
             elif key == "scale" and key in raw and raw[key] <= 0:
-                self._wrong(f"found {describe(raw[key])}", "accepted: a number above 0, in the unit of the signal", (*place, key))
+                self._unexpected(raw[key], "accepted: a number above 0, in the unit of the signal", (*place, key))
         if not inside:
-            self._wrong("no temporal operator around this predicate", f"accepted: it inside one of {', '.join(TEMPORAL)}", place)
+            self._wrong(
+                "no temporal operator around this predicate", f"accepted: the predicate inside {', '.join(TEMPORAL)}", place
+            )
         plain = len(self.problems) == before
         value, scale = (float(raw[sides[0]]), raw.get("scale")) if plain else (0.0, None)
-        one = Predicate(str(signal), sides == ["above"], value, None if scale is None else float(scale), place)
+        predicate = Predicate(str(signal), sides == ["above"], value, None if scale is None else float(scale), place)
         if isinstance(signal, str):
-            self.predicates.append(one)
-        return one if plain else None
+            self.predicates.append(predicate)
+        return predicate if plain else None
 
     def _window(self, raw: Mapping[str, Any], place: Place) -> Window | None:
         before = len(self.problems)
         for key in WINDOW:
             if key in raw and not (is_number(raw[key]) and raw[key] >= 0):
-                self._wrong(f"found {describe(raw[key])}", "accepted: a number of seconds, 0 or more", (*place, key))
+                self._unexpected(raw[key], "accepted: a number of seconds, 0 or more", (*place, key))
         if len(self.problems) > before:
             return None
         window = Window(float(raw.get("from_s", 0.0)), float(raw["to_s"]) if "to_s" in raw else None)
         end = math.inf if window.end is None else window.end
         last = (*place, "to_s" if "to_s" in raw else "from_s")
         if window.start > end:
-            return self._wrong(f"an empty window, from {window.start:g} s to {end:g} s", "accepted: from_s at most to_s", last)
+            return self._wrong(f"an empty window, from {window.start:g} s to {end:g} s", "accepted: from_s up to to_s", last)
         if self.horizon is None:
             return window
         duration, step = self.horizon
         for key in WINDOW:
             if raw.get(key, 0.0) > duration * (1.0 + STEPS):
-                found = f"{raw[key]:g} s is after the end of the flight"
-                self._wrong(found, f"accepted: at most {duration:g} s", (*place, key))
+                message = f"{raw[key]:g} s is after the end of the flight"
+                self._wrong(message, f"accepted: at most {duration:g} s", (*place, key))
         first, behind = window.steps(step)
         if first > min(behind, round(duration / step)) and len(self.problems) == before:
-            found = f"an empty window: no step of {step:g} s falls between {window.start:g} s and {min(end, duration):g} s"
-            self._wrong(found, "accepted: a window with a whole number of steps in it", last)
+            message = f"an empty window: no step of {step:g} s falls between {window.start:g} s and {min(end, duration):g} s"
+            self._wrong(message, "accepted: a window that contains a step", last)
         return window if len(self.problems) == before else None
 
     def _unknown(self, unknown: set[str], known: Any, place: Place, word: str = "") -> None:
         for key in sorted(unknown):
             if key == "within_s" or (key in WINDOW and word):
-                accepted = f"accepted: {', '.join(WINDOW)} beside the state of always, eventually or until"
+                accepted = f"accepted: {', '.join(WINDOW)} next to the state of always, eventually or until"
             else:
                 self._suggested += 1
                 accepted = did_you_mean(key, known) if self._suggested <= MOST_SUGGESTIONS else f"accepted: {', '.join(known)}"
             self._wrong("unknown key", accepted, (*place, key), at_key=True)
 
-    def _wrong(self, found: str, accepted: str, place: Place, at_key: bool = False) -> None:
-        self.problems.append(Problem(found, accepted, place, at_key))
+    def _wrong(self, message: str, accepted: str, place: Place, at_key: bool = False) -> None:
+        self.problems.append(Problem(message, accepted, place, at_key))
+
+    def _unexpected(self, value: object, accepted: str, place: Place, at_key: bool = False) -> None:
+        self.problems.append(unexpected(value, accepted, place, at_key))
 
 
 class Margins:
-    """Reads the section of a campaign; the horizon is read before it."""
+    """Reads the section `margins` of a campaign, after the horizon."""
 
     def read(self, raw: Any, info: ValidationInfo) -> Mapping[str, Formula]:
         """The formulas by name, or every problem at once."""
         horizon = info.data.get("horizon")
         reader = Reader(None if horizon is None else (horizon.duration_s, horizon.step_s))
-        found = reader.margins(raw)
-        return refuse(*reader.problems) if reader.problems else found
+        formulas = reader.margins(raw)
+        return refuse(*reader.problems) if reader.problems else formulas
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read)
@@ -305,7 +309,7 @@ def walk(formula: Formula) -> Iterator[Formula]:
 
 
 def parts_of(formula: Formula) -> tuple[Formula, ...]:
-    """What stands directly below a formula."""
+    """The direct parts of a formula."""
     if isinstance(formula, Predicate):
         return ()
     if isinstance(formula, Until):

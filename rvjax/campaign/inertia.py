@@ -1,10 +1,10 @@
-"""Inertia of a body about its reference point, in one of two forms.
+"""Inertia of a body about its reference point, in two forms.
 
     principal   J = T diag(J₁, J₂, J₃) Tᵀ, T a rotation by `tilt` about a drawn axis, or any rotation alike
     matrix      J = [Jxx Jxy Jxz; Jxy Jyy Jyz; Jxz Jyz Jzz]
 
 It is physical in every possible draw: the set of physical inertias is convex, so all draws are inside if the corners of the box
-of their supports are. With `reject: true` the laws may reach beyond it, and draws that do are drawn again.
+of their supports are. With `reject: true` the laws may reach beyond it; unphysical draws are rejected and redrawn.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from pydantic import BeforeValidator, ValidationInfo, field_validator, model_val
 from rvjax.campaign.distributions import Attitude, Direction
 from rvjax.campaign.fields import Model, flag, option, scalar, vector
 from rvjax.campaign.inertia_validity import about_centre, definite, physical, triangle
-from rvjax.campaign.plain_values import describe, is_mapping
-from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.plain_values import is_mapping
+from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.quantity import Quantity
 
-INSTEAD = "or reject: true, which draws again"
+INSTEAD = "or reject: true, which redraws unphysical inertias"
 
 
 class PrincipalInertia(Model):
@@ -38,7 +38,7 @@ class PrincipalInertia(Model):
         "rad", key="tilt_deg", default=0.0, at_least=0.0, doc="angle between the principal axes and the body axes"
     )
     rotation: Literal["uniform"] | None = option(default=None, doc="uniform: the principal axes point anywhere")
-    reject: bool = flag(default=False, doc="draws that no body can have are drawn again")
+    reject: bool = flag(default=False, doc="unphysical inertias are rejected and redrawn")
 
     @property
     def axis(self) -> Quantity | None:
@@ -66,7 +66,7 @@ class PrincipalInertia(Model):
     @model_validator(mode="after")
     def _one_turn(self) -> Self:
         if self.rotation and self.axis is not None:
-            refuse(Problem("rotation and tilt_deg", "accepted: one of the two", ("rotation",), at_key=True))
+            refuse(Problem("both rotation and tilt_deg", "accepted: either rotation or tilt_deg", ("rotation",), at_key=True))
         return self
 
     @property
@@ -82,7 +82,7 @@ class MatrixInertia(Model):
 
     moments: Quantity = vector("kg·m²", above=0.0, doc="Jxx, Jyy, Jzz")
     products: Quantity = vector("kg·m²", default=0.0, doc="Jyz, Jxz, Jxy, as they stand in J")
-    reject: bool = flag(default=False, doc="draws that no body can have are drawn again")
+    reject: bool = flag(default=False, doc="unphysical inertias are rejected and redrawn")
 
     @field_validator("moments")
     @classmethod
@@ -105,14 +105,14 @@ class MatrixInertia(Model):
 
 
 class RejectingPrincipalInertia(PrincipalInertia):
-    """J = T diag(J₁, J₂, J₃) Tᵀ; draws that no body can have are drawn again."""
+    """J = T diag(J₁, J₂, J₃) Tᵀ; unphysical draws are rejected and redrawn."""
 
     REJECTS: ClassVar[bool] = True
     principal: Quantity = vector("kg·m²", doc="principal moments of inertia")
 
 
 class RejectingMatrixInertia(MatrixInertia):
-    """J = [Jxx Jxy Jxz; Jxy Jyy Jyz; Jxz Jyz Jzz]; draws that no body can have are drawn again."""
+    """J = [Jxx Jxy Jxz; Jxy Jyy Jyz; Jxz Jyz Jzz]; unphysical draws are rejected and redrawn."""
 
     REJECTS: ClassVar[bool] = True
     moments: Quantity = vector("kg·m²", doc="Jxx, Jyy, Jzz")
@@ -130,7 +130,7 @@ def _form(raw: Any) -> Any:
     chosen = [form for key, form in forms.items() if is_mapping(raw) and key in raw]
     if len(chosen) != 1:
         accepted = "accepted: principal (with tilt_deg or rotation), or moments (with products)"
-        refuse(Problem(f"found {describe(raw)}", accepted))
+        refuse(unexpected(raw, accepted))
     return chosen[0].model_validate(raw)
 
 
@@ -149,21 +149,21 @@ def check_centre(inertia: PrincipalInertia | MatrixInertia, mass: Quantity, cent
     heaviest = mass.supports[0][1]
     accepted = f"accepted: a centre of mass nearer to the reference point, {INSTEAD} (in inertia_kgm2)"
     if not math.isfinite(heaviest) or not math.isfinite(centre.largest_norm):
-        refuse(Problem("mass or centre of mass has no end", f"accepted: distributions with ends, {INSTEAD} (in inertia_kgm2)"))
+        refuse(Problem("mass or centre of mass is unbounded", f"accepted: bounded distributions, {INSTEAD} (in inertia_kgm2)"))
     free = centre.joint is not None or (isinstance(inertia, PrincipalInertia) and (inertia.axis or inertia.attitude))
     corners = _corners(*inertia.entries, *(() if free else (centre,)))
     if free:
-        sigma = [0.5 * np.trace(one) * np.eye(3) - one for one in map(_full, corners.T[:, :6])]
+        sigma = [0.5 * np.trace(j) * np.eye(3) - j for j in map(_full, corners.T[:, :6])]
         least = float(np.linalg.eigvalsh(np.array(sigma)).min())
         if heaviest * centre.largest_norm**2 > least:
-            found = f"m |c|^2 reaches {heaviest * centre.largest_norm**2:g} kg·m², the body allows {max(least, 0.0):g} kg·m²"
-            refuse(Problem(found, accepted))
+            message = f"m |c|^2 reaches {heaviest * centre.largest_norm**2:g} kg·m², the body allows {max(least, 0.0):g} kg·m²"
+            refuse(Problem(message, accepted))
         return
     moved = about_centre(_entries(corners), heaviest, tuple(corners[-3:]))
     wrong = np.flatnonzero(~physical(moved))
     if wrong.size:
         at = ", ".join(f"{entry:g}" for entry in corners[-3:, wrong[0]])
-        refuse(Problem(f"the draw {at} with {heaviest:g} kg leaves no inertia that a body can have", accepted))
+        refuse(Problem(f"the draw {at} with {heaviest:g} kg leaves an unphysical inertia", accepted))
 
 
 def _full(corner: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -177,7 +177,7 @@ def matrix(moments: tuple[float, ...], products: tuple[float, ...]) -> NDArray[n
 
 
 def _corners(moments: Quantity, products: Quantity | None, *more: Quantity) -> NDArray[np.float64]:
-    """Every corner of the box of supports, one in a column: moments, products, further numbers in rows."""
+    """Every corner of the box of supports, in columns: moments, products, further numbers in rows."""
     none = ((0.0, 0.0),) * 3
     boxes = [moments.supports, none if products is None else products.supports, *(quantity.supports for quantity in more)]
     return np.array(list(product(*(sorted(set(support)) for box in boxes for support in box)))).T
@@ -191,13 +191,18 @@ def _check_corners(moments: Quantity, products: Quantity | None = None) -> None:
     """Refuse if J is not physical at a corner of the box of supports."""
     given = [quantity for quantity in (moments, products) if quantity is not None]
     if not all(math.isfinite(end) for quantity in given for support in quantity.supports for end in support):
-        refuse(Problem("a distribution without ends", f"accepted: one with ends, such as truncated_normal or uniform, {INSTEAD}"))
+        refuse(
+            Problem(
+                "the distribution is unbounded",
+                f"accepted: a bounded distribution, such as truncated_normal or uniform, {INSTEAD}",
+            )
+        )
     corners = _corners(moments, products)
-    for holds, found, accepted in (
+    for holds, message, accepted in (
         (definite, "is not positive definite", "accepted: smaller products of inertia"),
         (triangle, "breaks the triangle inequality of the principal moments", "accepted: none above the sum of the others"),
     ):
         wrong = np.flatnonzero(~holds(_entries(corners)))
         if wrong.size:
             entries = ", ".join(f"{entry:g}" for entry in corners[: 3 * len(given), wrong[0]])
-            refuse(Problem(f"the draw {entries} {found}", f"{accepted}, in every draw, {INSTEAD}"))
+            refuse(Problem(f"the draw {entries} {message}", f"{accepted}, in every draw, {INSTEAD}"))

@@ -74,7 +74,7 @@ def formulas() -> dict[str, Any]:
     }
     state = either("State", predicate | {"additionalProperties": False})
     timed = either("State", {**predicate, "properties": sides | window, "additionalProperties": False})
-    timed["oneOf"][1:] = [{**one, "properties": one["properties"] | window} for one in timed["oneOf"][1:]]
+    timed["oneOf"][1:] = [{**form, "properties": form["properties"] | window} for form in timed["oneOf"][1:]]
     until = {"hold": {"$ref": "#/$defs/State"}, "reach": {"$ref": "#/$defs/State"}, **window}
     pair = {"type": "object", "properties": until, "required": ["hold", "reach"], "additionalProperties": False}
     temporal = [_only("always", timed), _only("eventually", timed), _only("until_settled", {"$ref": "#/$defs/State"})]

@@ -1,4 +1,4 @@
-"""The JSON Schema (draft 2020-12) of a campaign file, for editors that complete and check while one types."""
+"""The JSON Schema (draft 2020-12) of a campaign file, for editors that complete and check while a person types."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ def schema(families: Mapping[str, Mapping[str, type[Model]]] | None = None) -> d
     for field, members in (families or {}).items():
         declared = whole["properties"][field]
         entry = declared.get("items", declared)
-        own = entry.pop("properties")
-        entry["oneOf"] = [_component(name, model, own, definitions) for name, model in members.items()]
+        common = entry.pop("properties")
+        entry["oneOf"] = [_component(name, model, common, definitions) for name, model in members.items()]
     whole["properties"]["margins"]["additionalProperties"] = {"$ref": "#/$defs/Margin"}
     shared = {"Distribution": distribution(), "JointDistribution": joint_distribution()}
     compact = _refer({**whole, "$defs": definitions}, shared)
     return {"$schema": DRAFT, **compact, "title": "rvjax campaign", "$defs": compact["$defs"] | shared | formulas()}
 
 
-def _component(name: str, model: type[Model], own: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
-    """The keys of one component, with those that every one has; its definitions keep apart from those of others."""
+def _component(name: str, model: type[Model], common: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
+    """The keys of a component with the common keys; the names of its definitions begin with its name."""
     declared = model.model_json_schema(ref_template=f"#/$defs/{name}.{{model}}")
     definitions |= {f"{name}.{inner}": item for inner, item in declared.pop("$defs", {}).items()}
-    declared["properties"] = deepcopy(own) | {"use": {"const": name}} | declared.get("properties", {})
+    declared["properties"] = deepcopy(common) | {"use": {"const": name}} | declared.get("properties", {})
     declared["required"] = ["use", *declared.get("required", [])]
     return declared
 

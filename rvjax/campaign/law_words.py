@@ -9,7 +9,7 @@ from rvjax.campaign.distribution_notation import forms
 from rvjax.campaign.distributions import Distribution, JointDistribution
 
 SHOWN = 6
-"""Numbers that are told one by one; of more, how many there are."""
+"""Longer lists of numbers are shown by their length only."""
 
 
 def in_words(law: Distribution | JointDistribution) -> str:
@@ -17,12 +17,12 @@ def in_words(law: Distribution | JointDistribution) -> str:
     word = next((word for word, (_, kind) in forms().items() if kind is type(law)), type(law).__name__)
     if word == "rotation":
         return "rotation (uniform)"
-    told: dict[str, Any] = {field.name: getattr(law, field.name) for field in fields(cast("Any", law))}
-    if len(set(told.get("weights", ()))) == 1:
-        del told["weights"]  # all alike
-    if told.get("step") == 1.0:
-        del told["step"]
-    parameters = ", ".join(text for name, value in told.items() if (text := _parameter(name, value)))
+    values: dict[str, Any] = {field.name: getattr(law, field.name) for field in fields(cast("Any", law))}
+    if len(set(values.get("weights", ()))) == 1:
+        del values["weights"]  # equal weights
+    if values.get("step") == 1.0:
+        del values["step"]
+    parameters = ", ".join(text for name, value in values.items() if (text := _parameter(name, value)))
     return f"{word.replace('_', ' ')} ({parameters})"
 
 
@@ -32,5 +32,5 @@ def _parameter(name: str, value: Any) -> str:
     if isinstance(value, tuple):
         if len(value) > SHOWN:  # pyright: ignore[reportUnknownArgumentType]
             return f"{len(value):,} {name}"  # pyright: ignore[reportUnknownArgumentType]
-        return f"{name} {', '.join(f'{one:g}' for one in value)}"  # pyright: ignore[reportUnknownVariableType]
+        return f"{name} {', '.join(f'{number:g}' for number in value)}"  # pyright: ignore[reportUnknownVariableType]
     return f"{name.replace('_', ' ')} {value:g}"

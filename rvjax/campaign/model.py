@@ -1,4 +1,4 @@
-"""The campaign file as one frozen value in SI that cannot be wrong."""
+"""The campaign file: a frozen and validated value in SI."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from rvjax.campaign.fields import Model, count, number, option, part, scalar, va
 from rvjax.campaign.formula import Formula, Margins
 from rvjax.campaign.inertia import Inertia, check_centre
 from rvjax.campaign.overrides import override, replace_values
-from rvjax.campaign.plain_values import Place, describe
-from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.plain_values import Place
+from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.requirement import Requirement
 from rvjax.campaign.source import Source, read
@@ -37,13 +37,13 @@ WHOLE = 1e-9
 class Horizon(Model):
     """How long a flight lasts, and the step of its integration."""
 
-    duration_s: float = number("s", above=0.0, doc="length of a flight")
+    duration_s: float = number("s", above=0.0, doc="duration of a flight")
     step_s: float = number("s", above=0.0, doc="step of the integration; the duration is a whole number of steps")
     control_period_s: float | None = number(
         "s",
         default=None,
         above=0.0,
-        doc="sampled controller with zero-order hold, a whole number of steps; without: it is continuous",
+        doc="period of a sampled controller with zero-order hold, a whole number of steps; by default it is continuous",
     )
 
     @field_validator("step_s")
@@ -55,10 +55,10 @@ class Horizon(Model):
         if step > duration:
             refuse(Problem(f"{step:g} s is longer than the flight", f"accepted: at most {duration:g} s"))
         if duration / step > MOST_STEPS:
-            refuse(Problem(f"{duration / step:g} steps", f"accepted: at most {MOST_STEPS:,} steps in a flight"))
+            refuse(Problem(f"the flight has {duration / step:g} steps", f"accepted: at most {MOST_STEPS:,} steps"))
         whole = round(duration / step)
         if abs(whole * step - duration) > WHOLE * duration:
-            accepted = f"accepted: a whole number of them, such as {duration / whole:g} s"
+            accepted = f"accepted: a whole number of steps, such as {duration / whole:g} s"
             refuse(Problem(f"{duration:g} s is {duration / step:g} steps", accepted))
         return step
 
@@ -69,8 +69,8 @@ class Horizon(Model):
             step = info.data["step_s"]
             whole = max(round(period / step), 1)
             if abs(whole * step - period) > WHOLE * period:
-                found = f"{period:g} s is {period / step:g} steps"
-                refuse(Problem(found, f"accepted: a whole number of them, such as {whole * step:g} s"))
+                message = f"{period:g} s is {period / step:g} steps"
+                refuse(Problem(message, f"accepted: a whole number of steps, such as {whole * step:g} s"))
         return period
 
     @property
@@ -97,13 +97,13 @@ class Orbit(Model):
         if "eccentricity" in info.data:
             ((lowest, _),), ((_, most),) = axis.supports, info.data["eccentricity"].supports
             if lowest * (1.0 - most) <= EARTH_RADIUS_M:
-                found = f"the perigee comes as low as {lowest * (1.0 - most) / 1e3:g} km"
-                refuse(Problem(found, f"accepted: above {EARTH_RADIUS_M / 1e3:g} km from the centre, in every draw"))
+                message = f"the perigee can be as low as {lowest * (1.0 - most) / 1e3:g} km"
+                refuse(Problem(message, f"accepted: above {EARTH_RADIUS_M / 1e3:g} km from the centre, in every draw"))
         return axis
 
 
 class Target(Model):
-    """The body to dock with: its orbit, its free tumbling, its port."""
+    """The body to dock with: its orbit, its tumbling, its docking port."""
 
     orbit: Orbit = part(default={}, doc="orbit of the target")
     attitude_mrp: Quantity = vector("1", default=0.0, norm_at_most=1.0, doc="MRP of the target in the perifocal frame at t = 0")
@@ -113,7 +113,7 @@ class Target(Model):
 
 
 class Pursuer(Model):
-    """The body that docks; its controller does not know these numbers."""
+    """The body that docks. Its controller does not know these numbers."""
 
     mass_kg: Quantity = scalar("kg", above=0.0, doc="mass of the pursuer")
     inertia_kgm2: Inertia = part(doc="inertia of the pursuer about its reference point")
@@ -137,7 +137,7 @@ class Start(Model):
 
 
 class Capture(Model):
-    """Captured: inside both tubes during the whole closing window."""
+    """A sample is captured if it stays inside both tubes during the whole closing window."""
 
     position_m: float = number("m", default=0.01, above=0.0, doc="radius of the position tube")
     attitude_mrp: float = number("1", default=0.002, above=0.0, doc="radius of the attitude tube")
@@ -151,52 +151,55 @@ class Corridor(Model):
 
 
 class AuditRules(Model):
-    """What the audit of the dispersions lets pass."""
+    """Exceptions to the audit of the dispersions."""
 
-    allow: tuple[str, ...] = option(default=[], doc="draws that may have no effect, by their names or the beginning of them")
+    allow: tuple[str, ...] = option(default=[], doc="draws that may have no effect: their names, or the beginning of their names")
 
 
 class Spec(Model):
-    """A campaign: what is flown, from where, with which dispersions, and what is required of it."""
+    """A campaign: the flights, their start, their dispersions, and what is required of them."""
 
     rvjax: Literal[1] = option(doc="version of this format")
-    name: str = option(doc="of the campaign: small letters, digits and hyphens")
+    name: str = option(doc="name of the campaign: small letters, digits and hyphens")
     description: str = option(default="", doc="free text, shown in the report")
-    samples: int = count(at_least=1, at_most=1_000_000_000, doc="how many flights")
-    seed: int = count(default=0, doc="of every draw")
-    precision: Literal["float64", "float32"] = option(default="float64", doc="of the flight")
+    samples: int = count(at_least=1, at_most=1_000_000_000, doc="number of flights")
+    seed: int = count(default=0, doc="seed of every draw")
+    precision: Literal["float64", "float32"] = option(default="float64", doc="floating-point precision of the flights")
     horizon: Horizon = part(doc="duration and step")
     target: Target = part(default={}, doc="the body to dock with")
     pursuer: Pursuer = part(doc="the body that docks")
     start: Start = part(doc="relative motion at t = 0")
     actuators: AnyActuators = part(doc="limits of the six channels, or thrusters")
     saturation: Annotated[Choice, OneChoice()] = part(
-        default={"use": "smooth-tanh"}, doc="how a command is brought inside the limits"
+        default={"use": "smooth-tanh"}, doc="how commands are limited to what the actuators can give"
     )
-    disturbances: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="forces and torques beside the actuators")
-    faults: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="what goes wrong with the actuators")
+    disturbances: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
+        default=[], doc="forces and torques that do not come from the actuators"
+    )
+    faults: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="faults of the actuators")
     navigation: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
         default=[], doc="errors between the true motion and what the controller sees"
     )
     controller: Annotated[Choice, OneChoice()] = part(doc="the controller under test")
     baselines: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
-        default=[], doc="controllers that fly the same draws, to compare with"
+        default=[], doc="controllers that fly the same draws, for comparison"
     )
-    sampler: Annotated[Choice, OneChoice()] = part(
-        default={"use": "monte-carlo"}, doc="where the numbers of the samples come from"
-    )
+    sampler: Annotated[Choice, OneChoice()] = part(default={"use": "monte-carlo"}, doc="how the samples are drawn")
     correlate: tuple[Correlation, ...] = part(default=[], doc="draws that are not independent")
-    epistemic: tuple[str, ...] = option(default=(), doc="names of draws, or beginnings of names, that are unknown and no chance")
+    epistemic: tuple[str, ...] = option(
+        default=(), doc="epistemic draws, which are unknown but not random: their names, or the beginning of their names"
+    )
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
     margins: Annotated[Mapping[str, Formula], Margins()] = part(
-        default={}, doc="formulas over signals, by name; by how much each is satisfied becomes the metric margin.<name>"
+        default={},
+        doc="formulas over signals, by name; the margin by which a flight satisfies each becomes the metric margin.<name>",
     )
-    require: tuple[Requirement, ...] = part(default=[], doc="what is required, judged after the flights")
-    keep: Keep = part(default={}, doc="which flights are kept as traces")
-    audit: AuditRules = part(default={}, doc="proof before the first flight that every dispersion acts")
+    require: tuple[Requirement, ...] = part(default=[], doc="requirements, judged after the flights")
+    keep: Keep = part(default={}, doc="flights that are kept as traces")
+    audit: AuditRules = part(default={}, doc="check before the first flight that every dispersion has an effect")
 
-    tune: Tuning | None = part(default=None, doc="what `rvjax tune` searches; a flight knows nothing of it")
+    tune: Tuning | None = part(default=None, doc="what `rvjax tune` searches; it does not affect flights")
 
     _source: Source = PrivateAttr(default_factory=lambda: Source(""))
 
@@ -204,42 +207,46 @@ class Spec(Model):
     @classmethod
     def _plain_name(cls, name: str) -> str:
         if not NAME.fullmatch(name):
-            refuse(Problem(f"found {describe(name)}", NAME_WORDS))
+            refuse(unexpected(name, NAME_WORDS))
         return name
 
     @field_validator("baselines")
     @classmethod
     def _other_names(cls, baselines: tuple[Choice, ...], info: ValidationInfo) -> tuple[Choice, ...]:
         if "controller" in info.data:
-            own = info.data["controller"].name
-            accepted = "accepted: another name than that of the controller under test"
-            found = [index for index, one in enumerate(baselines) if one.name == own]
-            if found:
-                refuse(*(Problem(f"the name {own} stands twice", accepted, (index, "name")) for index in found))
+            taken = info.data["controller"].name
+            accepted = "accepted: a name that differs from that of the controller under test"
+            same = [index for index, baseline in enumerate(baselines) if baseline.name == taken]
+            if same:
+                refuse(*(Problem(f"the name {taken} is used twice", accepted, (index, "name")) for index in same))
         return baselines
 
     @field_validator("capture")
     @classmethod
     def _inside_flight(cls, capture: Capture, info: ValidationInfo) -> Capture:
         if "horizon" in info.data and capture.window_s > info.data["horizon"].duration_s:
-            accepted = f"accepted: at most the flight of {info.data['horizon'].duration_s:g} s"
-            refuse(Problem(f"the closing window of {capture.window_s:g} s is too long", accepted, ("window_s",)))
+            accepted = f"accepted: at most {info.data['horizon'].duration_s:g} s"
+            refuse(Problem(f"the closing window of {capture.window_s:g} s is longer than the flight", accepted, ("window_s",)))
         return capture
 
     @field_validator("tune")
     @classmethod
     def _other_seed(cls, tune: Tuning | None, info: ValidationInfo) -> Tuning | None:
-        """Who confirms on the draws of the search confirms nothing."""
+        """The confirmation needs draws that the search has not used."""
         if tune is not None and "seed" in info.data:
             fresh = info.data["seed"] if tune.confirm.seed is None else tune.confirm.seed
             if fresh == (info.data["seed"] + 1 if tune.seed is None else tune.seed):
                 place = ("confirm", "seed") if tune.confirm.seed is not None else ("seed",)
-                refuse(Problem(f"{fresh} is the seed of the search and of its confirmation", "accepted: two seeds", place))
+                refuse(
+                    Problem(
+                        f"{fresh} is the seed of both the search and its confirmation", "accepted: two different seeds", place
+                    )
+                )
         return tune
 
     @property
     def source(self) -> Source:
-        """The file this was read from; no part of what a campaign is."""
+        """The file that the campaign was read from; equal campaigns may have different sources."""
         return self._source
 
     def __eq__(self, other: object) -> bool:
@@ -251,27 +258,27 @@ class Spec(Model):
         return (self.controller, self.saturation, *self.faults, *self.disturbances, *self.navigation, self.sampler)
 
     def fingerprint(self, parameters: Mapping[Place, Model] | None = None) -> str:
-        """SHA-256 of all that determines draws and flights, in whatever order and whether defaults are written or not.
+        """SHA-256 of all that determines draws and flights. The order of keys and written defaults do not matter.
 
-        parameters: of the components by `Choice.path`, as their own models have read them; without them, as written.
+        parameters: of the components by `Choice.path`, as read by the components' models; without them, as written.
         """
-        beside = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate", "epistemic", "tune"}
-        parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in beside}
-        parts["parameters"] = self._said(parameters or {})
+        ignored = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate", "epistemic", "tune"}
+        parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in ignored}
+        parts["parameters"] = self._parameters(parameters or {})
         parts["correlate"] = sorted(group.ordered for group in self.correlate)
         parts["epistemic"] = sorted(set(self.epistemic))
         return _digest(parts)
 
     def structure(self, parameters: Mapping[Place, Model]) -> str:
-        """SHA-256 of all that decides which functions fly: campaigns of one structure are flown by one compiled program, whatever
-        their numbers and draws. parameters: as in `fingerprint`."""
+        """SHA-256 of all that decides which program is compiled: campaigns of the same structure share a compiled program. They
+        differ only in numbers and draws. parameters: as in `fingerprint`."""
         names = ("precision", "saturation", "faults", "disturbances", "navigation", "controller", "actuators", "margins")
         parts: dict[str, Any] = {name: getattr(self, name) for name in names}
-        parts |= {"parameters": self._said(parameters), "control_steps": self.horizon.control_steps}
+        parts |= {"parameters": self._parameters(parameters), "control_steps": self.horizon.control_steps}
         return _digest(parts, numbers=False)
 
-    def _said(self, parameters: Mapping[Place, Model]) -> dict[str, Any]:
-        """What every component says, by its place."""
+    def _parameters(self, parameters: Mapping[Place, Model]) -> dict[str, Any]:
+        """The parameters of every component, by its place."""
         return {".".join(map(str, choice.path)): parameters.get(choice.path, choice.parameters) for choice in self.components}
 
 
@@ -281,8 +288,8 @@ def _digest(parts: Mapping[str, Any], numbers: bool = True) -> str:
 
 
 def _canonical(value: Any, numbers: bool) -> Any:
-    """Plain JSON values in which equal numbers look the same and texts for people are left out. numbers: with those of the
-    quantities, which a compiled program gets when it flies."""
+    """Plain JSON values: equal numbers look the same, texts for people are left out. numbers: include the numbers of the
+    quantities, which are inputs of the compiled program."""
     if isinstance(value, Model):
         return {name: _canonical(getattr(value, name), numbers) for name in type(value).model_fields}
     if isinstance(value, Choice):
@@ -300,13 +307,12 @@ def _canonical(value: Any, numbers: bool) -> Any:
 
 
 def parse(path: str | Path | Source, overrides: Sequence[str] = ()) -> tuple[Spec | None, list[Finding], Source]:
-    """A campaign file, or one that was read before, its findings, and its source; the campaign is None exactly if there are
-    findings."""
+    """(campaign, findings, source) of a campaign file or a source; the campaign is None exactly if there are findings."""
     return _checked(override(path if isinstance(path, Source) else read(path), overrides))
 
 
 def parse_with(spec: Spec, values: Mapping[str, float | str]) -> tuple[Spec | None, list[Finding], Source]:
-    """A campaign with other values at some places: what `parse` gives with `place=value`, without reading the file again."""
+    """A campaign with other values at some places: as `parse` with `place=value`, but the file is not read again."""
     return _checked(replace_values(spec.source, values))
 
 
@@ -325,7 +331,7 @@ def _checked(source: Source) -> tuple[Spec | None, list[Finding], Source]:
 
 
 def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
-    """A campaign file, or `CampaignError` with every finding. overrides: `place=value`, as in `--set`."""
+    """The campaign in a file. overrides: `place=value`, as in `--set`. CampaignError with every finding."""
     spec, findings, _ = parse(path, overrides)
     if spec is None:
         raise CampaignError(findings)

@@ -1,4 +1,4 @@
-"""`--set place=value`: another value at one place of a campaign, as YAML text or as a value. Findings name the argument."""
+"""`--set place=value`: another value at a place of a campaign, as YAML text or as a value. Findings name the argument."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rvjax.errors import Finding
 
 
 def override(source: Source, assignments: Sequence[str]) -> Source:
-    """The source with every assignment made, in their order; findings are added where one cannot be made."""
+    """The source with every assignment made, in their order; findings are added for those that cannot be made."""
     if source.value is None:
         return source
     changed = _copy(source)
@@ -35,9 +35,9 @@ def replace_values(source: Source, values: Mapping[str, float | str]) -> Source:
     return replace(changed, findings=(*source.findings, *findings))
 
 
-def value_at(said: Any, path: str) -> tuple[bool, Any]:
-    """Whether a campaign says something at a place, and what."""
-    value: Any = said
+def value_at(values: Any, path: str) -> tuple[bool, Any]:
+    """(whether there is a value at a place of a campaign, the value)."""
+    value: Any = values
     for step in path.split("."):
         key: Any = _key(value, step)
         if key is None or (is_mapping(value) and step not in value):
@@ -47,7 +47,7 @@ def value_at(said: Any, path: str) -> tuple[bool, Any]:
 
 
 def _assign(source: Source, assignment: str) -> list[Finding]:
-    """Make one assignment in place, or say why it cannot be made."""
+    """Make an assignment in place, or say why it cannot be made."""
     label = _label(assignment)
     path, equals, text = assignment.partition("=")
     if not equals or not path:
@@ -83,8 +83,8 @@ def _put(source: Source, path: str, given: Document) -> list[Finding]:
     for left, step in enumerate(steps, start=1 - len(steps)):
         key = _key(held, step)
         if key is None:
-            found, accepted = f"there is no {step} here", f"accepted: {', '.join(_steps(held)) or dotted(place)}"
-            return [Finding(label, dotted((*place, step)), found, accepted)]
+            message, accepted = f"there is no {step} here", f"accepted: {', '.join(_steps(held)) or dotted(place)}"
+            return [Finding(label, dotted((*place, step)), message, accepted)]
         place = (*place, key)
         if not left:
             held[key] = given.value

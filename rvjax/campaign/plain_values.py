@@ -1,4 +1,4 @@
-"""The plain values that a campaign is made of, the places where they stand, and words for what was found."""
+"""The plain values that a campaign is made of, the places where they stand, and their descriptions in messages."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def is_mapping(value: object) -> TypeGuard[dict[str, Any]]:
 
 
 def describe(value: object) -> str:
-    """What was found, in words: `the text 'yes'`, `a list of 2`, `nothing`."""
+    """A value in words, for messages: `the text 'yes'`, `a list of 2`, `nothing`."""
     if value is None:
         return "nothing"
     if isinstance(value, bool):
@@ -44,5 +44,5 @@ def describe(value: object) -> str:
 
 
 def shorten(text: str, most: int = 40) -> str:
-    """At most so many characters of a text from outside, for a message."""
+    """The first `most` characters of a user's text, for a message."""
     return text if len(text) <= most else f"{text[: most - 1]}…"

@@ -1,4 +1,4 @@
-"""What is wrong with a value, on its way through pydantic: collected, raised together, made findings at the end."""
+"""What is wrong with the values of a campaign: collected, raised together through pydantic, made findings at the end."""
 
 from __future__ import annotations
 
@@ -23,25 +23,30 @@ _ACCEPTED = {
 
 @dataclass(frozen=True)
 class Problem:
-    """What was found and what is accepted, at a place below the value that is being read; at_key: the key is wrong."""
+    """message: what is wrong; accepted: what would be right; place: below the value that is read; at_key: the key is wrong."""
 
-    found: str
+    message: str
     accepted: str
     place: Place = ()
     at_key: bool = False
 
     def below(self, place: Place) -> Problem:
-        """The same, seen from further up."""
+        """The same problem, with `place` in front of its place."""
         return replace(self, place=(*place, *self.place))
 
 
+def unexpected(value: object, accepted: str, place: Place = (), at_key: bool = False) -> Problem:
+    """`found <value>; <accepted>`: the form of a message about a wrong value."""
+    return Problem(f"found {describe(value)}", accepted, place, at_key)
+
+
 def refuse(*problems: Problem) -> NoReturn:
-    """Raise all problems as one pydantic error, which keeps their places when it passes through outer models."""
+    """Raise all problems together as a pydantic error, which keeps their places when it passes through outer models."""
     raise ValidationError.from_exception_data(
         _KIND,
         [
             InitErrorDetails(
-                type=PydanticCustomError(_KIND, "{found}", {"found": p.found, "accepted": p.accepted, "at_key": p.at_key}),
+                type=PydanticCustomError(_KIND, "{message}", {"message": p.message, "accepted": p.accepted, "at_key": p.at_key}),
                 loc=p.place,
                 input=None,
             )
@@ -51,14 +56,14 @@ def refuse(*problems: Problem) -> NoReturn:
 
 
 def problems(error: ValidationError) -> list[Problem]:
-    """Every problem in a pydantic error, pydantic's own put into this project's words."""
+    """Every problem in a pydantic error; pydantic's texts become messages of the house form."""
     return [_problem(details) for details in error.errors(include_url=False)]
 
 
 def _problem(details: Any) -> Problem:
     place, kind, context = tuple(details["loc"]), details["type"], details.get("ctx", {})
     if kind == _KIND:
-        return Problem(context["found"], context["accepted"], place, context["at_key"])
+        return Problem(context["message"], context["accepted"], place, context["at_key"])
     words = _ACCEPTED.get(kind)
     accepted = words.format(**context) if words else details["msg"].removeprefix("Input should be ")
-    return Problem(f"found {describe(details['input'])}", f"accepted: {accepted}", place)
+    return unexpected(details["input"], f"accepted: {accepted}", place)

@@ -1,4 +1,4 @@
-"""A number with its unit, fixed or drawn: a scalar, the three components of a vector, the six channels, or one a thruster."""
+"""A number with its unit, fixed or drawn: a scalar, three components, six channels, or a number per thruster."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COMPONENTS: dict[Shape, tuple[str, ...]] = {
 class Quantity:
     """A number or numbers in SI.
 
-    parts: one distribution for each component (one for a scalar), none if `joint` is given; unit: SI, "1" without
+    parts: a distribution for each component (a single part for a scalar), none if `joint` is given; unit: SI, "1" without
     dimension; doc: what it means.
     """
 
@@ -45,17 +45,17 @@ class Quantity:
         return names[: len(self.parts)] if self.shape == "thrusters" else names
 
     def names(self, name: str) -> tuple[str, ...]:
-        """Names of the components of a quantity called so: `start.rho_m.x`; its own name, of a scalar."""
+        """Names of the components of a quantity with this name: `start.rho_m.x`; of a scalar the name itself."""
         return tuple(f"{name}.{component}" for component in self.components) or (name,)
 
     def draw(self, name: str, uniforms: Callable[[str, int], Array], count: int) -> tuple[Array, ...]:
-        """The components of a quantity called so, each of shape (count,). uniforms(name, k): (count, k) numbers in (0, 1)."""
+        """The drawn components, each (count,). name: of the quantity. uniforms(name, k): (count, k) numbers in (0, 1)."""
         if self.joint is not None:
             block = self.joint.ppf(uniforms(name, self.joint.uniforms))
             return tuple(block[:, index] for index in range(len(self.components)))
         return tuple(
-            part.ppf(uniforms(own, 1)[:, 0]) if part.uniforms else np.full(count, part.low)
-            for own, part in zip(self.names(name), self.parts, strict=True)
+            part.ppf(uniforms(component, 1)[:, 0]) if part.uniforms else np.full(count, part.low)
+            for component, part in zip(self.names(name), self.parts, strict=True)
         )
 
     @property
@@ -65,7 +65,7 @@ class Quantity:
 
     @property
     def supports(self) -> tuple[tuple[float, float], ...]:
-        """(low, high) of each component (one for a scalar): every possible draw lies between them."""
+        """(low, high) of each component: every possible draw lies between them."""
         if self.joint is not None:
             return ((-self.joint.radius, self.joint.radius),) * len(self.components)
         return tuple((part.low, part.high) for part in self.parts)

@@ -9,8 +9,8 @@ from pydantic import BeforeValidator, ValidationError, WithJsonSchema, model_val
 
 from rvjax.campaign.bound import Bound, bound_of
 from rvjax.campaign.fields import Model, flag, number, option
-from rvjax.campaign.plain_values import describe, is_list, is_mapping, is_number
-from rvjax.campaign.problems import Problem, problems, refuse
+from rvjax.campaign.plain_values import is_list, is_mapping, is_number
+from rvjax.campaign.problems import Problem, problems, refuse, unexpected
 
 Method = Literal["fixed", "sequential", "sprt"]
 Interpretation = Literal["ensemble", "temporal", "mixed"]
@@ -20,7 +20,7 @@ _SIDES = ("below", "above")
 
 
 class Condition(Model):
-    """Which values of a draw belong to a class: all that hold of below, at_least and equals."""
+    """The values of a draw that belong to a class of samples; all of below, at_least and equals that are set must hold."""
 
     below: float | None = number("1", default=None, doc="the draw is below this, in SI")
     at_least: float | None = number("1", default=None, doc="the draw is at least this, in SI")
@@ -33,21 +33,21 @@ class Condition(Model):
         return self
 
     def __str__(self) -> str:
-        said = {"<": self.below, "≥": self.at_least, "=": self.equals}
-        return " and ".join(f"{sign} {value:g}" for sign, value in said.items() if value is not None)
+        bounds = {"<": self.below, "≥": self.at_least, "=": self.equals}
+        return " and ".join(f"{sign} {value:g}" for sign, value in bounds.items() if value is not None)
 
 
 def _conditions(given: Any) -> dict[str, Condition]:
     if not is_mapping(given):
-        refuse(Problem(f"found {describe(given)}", "accepted: a mapping of draws, such as {pursuer.mass_kg: {below: 100}}"))
-    found: list[Problem] = []
+        refuse(unexpected(given, "accepted: a mapping of draws, such as {pursuer.mass_kg: {below: 100}}"))
+    wrong: list[Problem] = []
     conditions: dict[str, Condition] = {}
-    for name, said in given.items():
+    for name, condition in given.items():
         try:
-            conditions[str(name)] = Condition.model_validate(said)
+            conditions[str(name)] = Condition.model_validate(condition)
         except ValidationError as error:
-            found += [Problem(one.found, one.accepted, (name, *one.place), one.at_key) for one in problems(error)]
-    return refuse(*found) if found else conditions
+            wrong += [problem.below((name,)) for problem in problems(error)]
+    return refuse(*wrong) if wrong else conditions
 
 
 _WHERE = WithJsonSchema({"type": "object", "additionalProperties": Condition.model_json_schema(), "minProperties": 1})
@@ -57,7 +57,7 @@ def _ends(given: Any) -> tuple[float, float] | None:
     if given is None:
         return None
     if not is_list(given) or len(given) != 2 or not all(is_number(end) for end in given) or not given[0] < given[1]:
-        refuse(Problem(f"found {describe(given)}", "accepted: [least, most], two numbers in the metric's unit, the first below"))
+        refuse(unexpected(given, "accepted: [least, most], two numbers in the metric's unit, least below most"))
     return float(given[0]), float(given[1])
 
 
@@ -67,7 +67,7 @@ _RANGE = WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems
 class Requirement(Model):
     """P(metric below or above a value, or captured) ≥ at_least, or ≤ at_most; or a quantile or the mean below or above a value.
 
-    A requirement on a quantile q is one on a probability: below v is P(X < v) ≥ q, above v is P(X > v) ≥ 1 − q.
+    A requirement on a quantile q is a requirement on a probability: below v is P(X < v) ≥ q, above v is P(X > v) ≥ 1 − q.
     """
 
     metric: str = option(doc="captured, or the name of a metric")
@@ -79,21 +79,29 @@ class Requirement(Model):
     below: float | None = number("1", default=None, doc="the metric must be below this, in its unit")
     above: float | None = number("1", default=None, doc="the metric must be above this, in its unit")
     quantile: float | None = number("1", default=None, above=0.0, below=1.0, doc="which quantile of the metric")
-    mean: bool = flag(default=False, doc="the mean of the metric, in the place of a share")
+    mean: bool = flag(default=False, doc="the mean of the metric instead of a share of samples")
     range: Annotated[tuple[float, float] | None, BeforeValidator(_ends), _RANGE] = option(
-        default=None, doc="ends that no value of the metric can pass; with them the bound of a mean is exact"
+        default=None, doc="ends that the metric cannot exceed; with them the confidence bounds of a mean are exact"
     )
     where: Annotated[Mapping[str, Condition], BeforeValidator(_conditions), _WHERE] = option(
-        default={}, doc="the class of samples that it is about, by their draws: {pursuer.mass_kg: {below: 100}}"
+        default={}, doc="only samples whose draws meet these conditions: {pursuer.mass_kg: {below: 100}}"
     )
-    interpretation: Interpretation | None = option(default=None, doc="of what the share is: of samples, of time, or of both")
-    confidence: float = number("1", default=0.95, at_least=0.5, below=1.0, doc="of the verdict")
+    interpretation: Interpretation | None = option(
+        default=None, doc="what the share counts: samples (ensemble), time (temporal) or both (mixed)"
+    )
+    confidence: float = number("1", default=0.95, at_least=0.5, below=1.0, doc="confidence of the verdict")
     method: Method = option(
-        default="fixed", doc="fixed: judged once, when all samples are flown; sequential, sprt: after every chunk"
+        default="fixed", doc="fixed: judged once, after all samples; sequential, sprt: judged after every chunk"
     )
-    expected: float | None = number("1", default=None, above=0.0, below=1.0, doc="sprt: share that is better than required")
+    expected: float | None = number(
+        "1",
+        default=None,
+        above=0.0,
+        below=1.0,
+        doc="sprt: share that the design is expected to reach, better than the required share",
+    )
     power: float | None = number(
-        "1", default=None, at_least=0.5, below=1.0, doc="sprt: chance to pass at the expected share; 0.9"
+        "1", default=None, at_least=0.5, below=1.0, doc="sprt: probability of PASS at the expected share; by default 0.9"
     )
     name: str | None = option(default=None, doc="shown in the report")
 
@@ -104,7 +112,7 @@ class Requirement(Model):
 
     @property
     def limit(self) -> float:
-        """The share of samples that has to comply: not to be one of those of which there may be `at_most` so many."""
+        """The share of samples that must comply. With `at_most`, a sample complies if it does not meet the bound."""
         if self.at_most is not None:
             return 1.0 - self.at_most
         if self.quantile is not None:
@@ -119,41 +127,41 @@ class Requirement(Model):
 
     @property
     def strength(self) -> float:
-        """SPRT: the chance to pass at the expected share."""
+        """SPRT: the probability of PASS at the expected share."""
         return 0.9 if self.power is None else self.power
 
     @model_validator(mode="after")
-    def _one_form(self) -> Requirement:
+    def _consistent(self) -> Requirement:
         """The forms exclude each other, so that a requirement means one thing."""
-        said = {name: getattr(self, name) for name in (*_SHARES, *_SIDES, "channel")}
-        given = {name for name, value in said.items() if value is not None and value is not False}
+        values = {name: getattr(self, name) for name in (*_SHARES, *_SIDES, "channel")}
+        given = {name for name, value in values.items() if value is not None and value is not False}
         if self.metric == "captured":
             accepted = "accepted: metric, at_least, where, confidence, method, name"
-            found = [Problem("captured has none", accepted, (name,), at_key=True) for name in sorted(given - {"at_least"})]
+            wrong = [Problem(f"captured has no {name}", accepted, (name,), at_key=True) for name in sorted(given - {"at_least"})]
             if "at_least" not in given:
-                found.append(Problem("missing", accepted, ("at_least",), at_key=True))
+                wrong.append(Problem("missing", accepted, ("at_least",), at_key=True))
         else:
-            found = [*_exactly_one(given, _SIDES), *_exactly_one(given, _SHARES)]
-        if not found:
-            found = [*self._method(), *self._mean()]
-        return refuse(*found) if found else self
+            wrong = [*_exactly_one(given, _SIDES), *_exactly_one(given, _SHARES)]
+        if not wrong:
+            wrong = [*self._method(), *self._mean()]
+        return refuse(*wrong) if wrong else self
 
     def _method(self) -> list[Problem]:
-        """SPRT compares the limit with a better share; nothing else has one."""
+        """Only SPRT compares the limit with a better share."""
         if self.method != "sprt":
             given = [name for name in ("expected", "power") if getattr(self, name) is not None]
-            return [Problem(f"method {self.method} has none", "accepted: method: sprt", (name,), at_key=True) for name in given]
+            return [
+                Problem(f"method {self.method} has no {name}", "accepted: method: sprt", (name,), at_key=True) for name in given
+            ]
         if self.expected is None:
             return [Problem("missing", "accepted: the share that the design is expected to reach", ("expected",), at_key=True)]
         if self.design <= self.limit:
             side, limit = ("below", self.at_most) if self.at_most is not None else ("above", self.limit)
-            return [
-                Problem(f"found {self.expected:g}", f"accepted: a share {side} the {limit:g} that is required", ("expected",))
-            ]
+            return [Problem(f"found {self.expected:g}", f"accepted: a share {side} the required {limit:g}", ("expected",))]
         return []
 
     def _mean(self) -> list[Problem]:
-        """A mean is judged once, and a limit beyond its range is decided before anything flies."""
+        """A mean is judged once. A bound outside its range is decided without any flight."""
         if not self.mean:
             accepted = "accepted: with mean: true"
             return [] if self.range is None else [Problem("found without a mean", accepted, ("range",), at_key=True)]
@@ -168,10 +176,10 @@ class Requirement(Model):
 
 
 def _exactly_one(given: set[str], names: tuple[str, ...]) -> list[Problem]:
-    """Of some keys a requirement has one."""
+    """A problem unless exactly one of these keys is set."""
     of_them = [name for name in names if name in given]
     if len(of_them) == 1:
         return []
     listed = f"{', '.join(names[:-1])} and {names[-1]}"
-    found = f"{' and '.join(of_them)} together" if of_them else f"neither {' nor '.join(names)}"
-    return [Problem(found, f"accepted: one of {listed}")]
+    message = f"{' and '.join(of_them)} together" if of_them else f"neither {' nor '.join(names)}"
+    return [Problem(message, f"accepted: one of {listed}")]

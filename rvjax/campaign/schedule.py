@@ -2,7 +2,7 @@
 
 count        n channels out of those that may fail, every choice of n equally likely
 probability  every channel by itself with this probability
-groups       with probability `together`, a group fails as one: if one of its channels fails, all do, at the first onset of them
+groups       with probability `together`, a group fails together: if any of its channels fails, all fail at the earliest onset
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_vali
 
 from rvjax.campaign.fields import Model, actuators, number, option, scalar
 from rvjax.campaign.plain_values import describe, is_list
-from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.quantity import Quantity
 from rvjax.columns import CHANNELS
 
@@ -32,7 +32,7 @@ def _problem(names: Any, fewest: int, known: tuple[str, ...]) -> str:
         return f"found {describe(names)}"
     strange = [name for name in names if name not in known]
     repeated = [name for name in known if names.count(name) > 1]
-    return f"found {describe(strange[0])}" if strange else f"{repeated[0]} stands twice" if repeated else ""
+    return f"found {describe(strange[0])}" if strange else f"{repeated[0]} occurs twice" if repeated else ""
 
 
 def _words(known: tuple[str, ...]) -> str:
@@ -44,18 +44,18 @@ def channel_names(given: Any, info: ValidationInfo) -> tuple[str, ...]:
     known = actuators(info)
     if given == "all":
         return known
-    if found := _problem(given, 1, known):
-        refuse(Problem(found, f"accepted: all, or a list out of {_words(known)}, each once"))
+    if message := _problem(given, 1, known):
+        refuse(Problem(message, f"accepted: all, or a list out of {_words(known)}, each once"))
     return tuple(given)
 
 
 def _groups(given: Any, info: ValidationInfo) -> tuple[tuple[str, ...], ...]:
     if not is_list(given):
-        refuse(Problem(f"found {describe(given)}", "accepted: a list of lists of channels, such as [[fx, tz]]"))
+        refuse(unexpected(given, "accepted: a list of lists of channels, such as [[fx, tz]]"))
     known = actuators(info)
-    found = {index: _problem(group, 2, known) for index, group in enumerate(given)}
+    messages = {index: _problem(group, 2, known) for index, group in enumerate(given)}
     accepted = f"accepted: two or more out of {_words(known)}, each once"
-    if wrong := [Problem(words, accepted, (index,)) for index, words in found.items() if words]:
+    if wrong := [Problem(words, accepted, (index,)) for index, words in messages.items() if words]:
         refuse(*wrong)
     return tuple(map(tuple, given))
 
@@ -71,14 +71,14 @@ class Schedule(Model):
         "1", default=None, at_least=0.0, at_most=1.0, doc="probability that a channel fails, each by itself"
     )
     groups: Annotated[tuple[tuple[str, ...], ...], BeforeValidator(_groups), _GROUPS] = option(
-        default=[], doc="channels that fail as one: a list of lists"
+        default=[], doc="channels that fail together: a list of lists"
     )
-    together: float = number("1", default=1.0, above=0.0, at_most=1.0, doc="probability that a group fails as one")
+    together: float = number("1", default=1.0, above=0.0, at_most=1.0, doc="probability that a group fails together")
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
         if self.count is not None and self.probability is not None:
-            refuse(Problem("both count and probability", "accepted: one of them", ("probability",), at_key=True))
+            refuse(Problem("both count and probability", "accepted: either count or probability", ("probability",), at_key=True))
         return self
 
     def arrange(
@@ -105,6 +105,6 @@ class Schedule(Model):
         for group in self.groups:
             rows = [names.index(name) for name in group if name in onsets]
             if rows:
-                as_one = uniform(f"group.{'-'.join(group)}") < self.together
-                starts[rows] = np.where(as_one, starts[rows].min(axis=0), starts[rows])
+                joined = uniform(f"group.{'-'.join(group)}") < self.together
+                starts[rows] = np.where(joined, starts[rows].min(axis=0), starts[rows])
         return dict(zip(names, starts, strict=True))

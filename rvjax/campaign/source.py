@@ -1,4 +1,4 @@
-"""A campaign file as it was given: what it says, where each value stands, and what is wrong with it as a file."""
+"""The text of a campaign file: its plain values, their positions, and what is wrong with it as a file."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from rvjax.errors import Finding
 
 MOST_BYTES = 128 * 1024
 MOST_LINES = 100
-"""Lines with characters that are not accepted, of which so many are named."""
+"""Upper limit of the reported lines with characters that are not accepted."""
 
 _TAB_INDENT = re.compile(r" *\t(?=\s*[^\s#])")
 
 
 @dataclass(frozen=True)
 class Source:
-    """name: of the file; text: as given; value: what it says; marks, key_marks: where each value and each key stands; inputs: the
+    """name: of the file; text: unchanged; value: the plain values; marks, key_marks: positions of values and keys; inputs: the
     bytes of the CSV files that it names, by their names in it.
 
     `value` is None and `findings` is not empty where the text could not be read at all.
@@ -44,17 +44,17 @@ class Source:
                     return marks[place[:length]]
         return f"{self.name}:1:1"
 
-    def finding(self, place: Place, found: str, accepted: str = "", key: bool = False) -> Finding:
-        """What is wrong with the value at a place; `key`: with its key."""
-        return Finding(self.where(place, key), dotted(place), found, accepted)
+    def finding(self, place: Place, message: str, accepted: str = "", key: bool = False) -> Finding:
+        """A finding about the value at a place, or about its key."""
+        return Finding(self.where(place, key), dotted(place), message, accepted)
 
 
 def read(path: str | Path) -> Source:
     """The source of a campaign file, with all its findings; never raises for what a file holds or is."""
     name = str(path)
 
-    def refuse(found: str, accepted: str, line: int = 1, column: int = 1) -> Source:
-        return Source(name, findings=(Finding(f"{name}:{line}:{column}", "", found, accepted),))
+    def refuse(message: str, accepted: str, line: int = 1, column: int = 1) -> Source:
+        return Source(name, findings=(Finding(f"{name}:{line}:{column}", "", message, accepted),))
 
     try:
         with open(path, "rb") as file:
@@ -70,26 +70,26 @@ def read(path: str | Path) -> Source:
         return read_text(content.decode("utf-8"), name)
     except UnicodeDecodeError as error:
         before = content[: error.start].decode("utf-8", errors="replace")
-        found = f"byte 0x{content[error.start]:02x} is not UTF-8"
-        return refuse(found, "accepted: text in UTF-8", before.count("\n") + 1, len(before) - before.rfind("\n"))
+        message = f"byte 0x{content[error.start]:02x} is not UTF-8"
+        return refuse(message, "accepted: text in UTF-8", before.count("\n") + 1, len(before) - before.rfind("\n"))
 
 
 def read_text(text: str, name: str) -> Source:
     """The source of campaign text that is known under a name."""
     refused = [
-        Finding(f"{name}:{line}:{found.start() + 1}", "", f"character U+{ord(found[0]):04X}", "accepted: printable text")
-        for line, found in _lines(NOT_PRINTABLE.search, text)
+        Finding(f"{name}:{line}:{match.start() + 1}", "", f"character U+{ord(match[0]):04X}", "accepted: printable text")
+        for line, match in _lines(NOT_PRINTABLE.search, text)
     ] or [
-        Finding(f"{name}:{line}:{found.end()}", "", "a tab in the indentation", "accepted: spaces")
-        for line, found in _lines(_TAB_INDENT.match, text)
+        Finding(f"{name}:{line}:{match.end()}", "", "a tab in the indentation", "accepted: spaces")
+        for line, match in _lines(_TAB_INDENT.match, text)
     ]
     if refused:
         return Source(name, text, findings=tuple(refused))
     document = parse(text, name)
     if not is_mapping(document.value):
         if document.value is not None:
-            found, accepted = f"found {describe(document.value)}", "accepted: a mapping, such as `samples: 100`"
-            document.findings.append(Finding(document.marks[()], "", found, accepted))
+            message, accepted = f"found {describe(document.value)}", "accepted: a mapping, such as `samples: 100`"
+            document.findings.append(Finding(document.marks[()], "", message, accepted))
         elif not document.findings:
             accepted = "accepted: a campaign, such as `rvjax init` writes"
             document.findings.append(Finding(f"{name}:1:1", "", "the file is empty", accepted))
@@ -98,6 +98,6 @@ def read_text(text: str, name: str) -> Source:
 
 
 def _lines(find: Any, text: str) -> Iterator[tuple[int, re.Match[str]]]:
-    """Number and first match of each line that has one, for the first MOST_LINES of them."""
+    """(line number, first match) of the lines with a match, up to MOST_LINES."""
     matches = ((number, find(line)) for number, line in enumerate(text.split("\n"), start=1))
     return islice(((number, match) for number, match in matches if match), MOST_LINES)

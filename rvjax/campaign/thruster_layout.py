@@ -11,13 +11,13 @@
 cube-24       Edge a. At each corner (a/2)(s₁, s₂, s₃), s = ±1, three thrusters, one along each axis, which push inwards:
               d = −s₁ eₓ, −s₂ e_y, −s₃ e_z (the plumes go outwards). Alone on a channel they give 4 f_max, and 8 (a/2) f_max.
 pinwheel-12   Edge a. In the middle of each of the twelve edges of a cube one thruster that pushes inwards, so that turning the
-              cube by x → y → z leads each to another one: r = (a/2)(−s eₓ + o e_y), d = s eₓ for s, o = ±1, and in turn for y
+              cube by x → y → z maps each thruster to another: r = (a/2)(−s eₓ + o e_y), d = s eₓ for s, o = ±1, and in turn for y
               and z. Each axis has four of them, which give its force and one torque: 2 f_max and 2 (a/2) f_max. Twelve are
-              hardly more than what is needed: each lost one takes away a force.
+              hardly more than needed: the loss of any thruster loses a force.
 
 The attainable wrenches are a zonotope. It must hold the origin inside, not on its surface: then any wrench, if only it is small
 enough, can be given although no thruster pulls. The limit of a channel is the largest wrench on it with the other five zero (a
-linear program); it may be another one on either side. M. Bodson, "Evaluation of optimization methods for control allocation",
+linear program); it may be different on either side. M. Bodson, "Evaluation of optimization methods for control allocation",
 J. Guidance, Control, and Dynamics, 2002.
 """
 
@@ -64,13 +64,13 @@ class Layout:
         return np.vstack([along.T, np.cross(np.array(self.at), along).T])
 
     def without(self, index: int) -> Layout:
-        """The same, one of them lost for good."""
+        """The layout after the loss of a thruster."""
         return replace(self, most=(*self.most[:index], 0.0, *self.most[index + 1 :]))
 
 
 @dataclass(frozen=True)
 class Margin:
-    """Without one thruster. share: the largest part of all twelve limits that is left; channel: where, such as +fx."""
+    """What remains without a thruster. share: smallest remaining share of the twelve limits; channel: of that limit, as +fx."""
 
     lost: str
     rank: int
@@ -95,9 +95,9 @@ def pinwheel(size: float, most: float) -> Layout:
     """pinwheel-12, of the edge `size` [m], each with the thrust `most` [N]."""
     at, along = list[Triple](), list[Triple]()
     for axis, push, side in itertools.product(range(3), (1.0, -1.0), (1.0, -1.0)):
-        own, next_one = np.eye(3)[axis], np.eye(3)[(axis + 1) % 3]
-        at.append(_triple((side * next_one - push * own) * size / 2))
-        along.append(_triple(push * own))
+        direction, across = np.eye(3)[axis], np.eye(3)[(axis + 1) % 3]
+        at.append(_triple((side * across - push * direction) * size / 2))
+        along.append(_triple(push * direction))
     return Layout(tuple(at), tuple(along), (most,) * 12)
 
 
@@ -122,17 +122,17 @@ def limits(layout: Layout) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 @cache
 def margins(layout: Layout) -> tuple[Margin, ...]:
-    """What is left after the loss of each single thruster."""
-    sound = [*limits(layout)[0], *limits(layout)[1]]
+    """The margin after the loss of each single thruster."""
+    healthy = [*limits(layout)[0], *limits(layout)[1]]
     sides = [f"{sign}{channel}" for sign in "+-" for channel in CHANNELS]
-    found = list[Margin]()
+    result = list[Margin]()
     for index, name in enumerate(layout.names):
         rest = layout.without(index)
         left = [*limits(rest)[0], *limits(rest)[1]]
-        shares = [(min(now / before, 1.0), side) for now, before, side in zip(left, sound, sides, strict=True)]
-        share, side = min(shares, key=lambda one: round(one[0], 9))  # the first of equal ones, whatever the rounding
-        found.append(Margin(name, rank(rest), share, side))
-    return tuple(found)
+        shares = [(min(now / before, 1.0), side) for now, before, side in zip(left, healthy, sides, strict=True)]
+        share, side = min(shares, key=lambda pair: round(pair[0], 9))  # the first of equal shares, despite rounding
+        result.append(Margin(name, rank(rest), share, side))
+    return tuple(result)
 
 
 def _reach(layout: Layout, channel: int, sign: float) -> float:
@@ -144,8 +144,8 @@ def _reach(layout: Layout, channel: int, sign: float) -> float:
     unit = np.zeros((6, 1))
     unit[channel] = -sign
     cost, rows = np.append(np.zeros(count), -1.0), np.hstack([a, unit])
-    found = optimize.linprog(cost, A_eq=rows, b_eq=np.zeros(6), bounds=[(0, 1)] * (count + 1))
-    reach = float(found.x[-1]) if found.success else 0.0
+    solution = optimize.linprog(cost, A_eq=rows, b_eq=np.zeros(6), bounds=[(0, 1)] * (count + 1))
+    reach = float(solution.x[-1]) if solution.success else 0.0
     return reach if reach > ROUNDING else 0.0
 
 

@@ -20,7 +20,7 @@ Goal = Literal["weighted", "lexicographic", "pareto"]
 
 
 class Objective(Model):
-    """One number of all samples of a candidate, to be as good as possible: the smaller the better where the metric is so."""
+    """A number of all samples of a candidate that the search minimises, or maximises where larger is better."""
 
     metric: str = option(doc="captured, or the name of a metric, also of a margin")
     channel: Literal["fx", "fy", "fz", "tx", "ty", "tz", "any"] | None = option(
@@ -31,10 +31,12 @@ class Objective(Model):
         "1", default=None, above=0.0, below=1.0, doc="the mean of the samples that are worse than this share of all"
     )
     mean: bool = flag(default=False, doc="the mean of the metric")
-    probability: bool = flag(default=False, doc="the share of samples below or above a value, or captured; to be large")
+    probability: bool = flag(default=False, doc="the share of samples below or above a value, or captured; maximised")
     below: float | None = number("1", default=None, doc="probability: that the metric is below this, in its unit")
     above: float | None = number("1", default=None, doc="probability: that the metric is above this, in its unit")
-    sense: Literal["smallest", "largest"] | None = option(default=None, doc="of a metric of which neither is known to be better")
+    sense: Literal["smallest", "largest"] | None = option(
+        default=None, doc="for a metric of which rvjax does not know whether it should be small or large"
+    )
     weight: float = number("1", default=1.0, above=0.0, doc="in the weighted sum, per unit of the metric")
 
     @property
@@ -43,31 +45,31 @@ class Objective(Model):
         return bound_of(self.below, self.above)
 
     @model_validator(mode="after")
-    def _one_form(self) -> Objective:
+    def _consistent(self) -> Objective:
         given = [name for name in _FORMS if getattr(self, name) not in (None, False)]
         if len(given) != 1:
-            found = f"{' and '.join(given)} together" if given else "neither quantile nor cvar nor mean nor probability"
-            refuse(Problem(found, "accepted: one of quantile, cvar, mean and probability"))
+            message = f"{' and '.join(given)} together" if given else "neither quantile nor cvar nor mean nor probability"
+            refuse(Problem(message, "accepted: one of quantile, cvar, mean and probability"))
         sides = [name for name in ("below", "above") if getattr(self, name) is not None]
         needed = 1 if self.probability and self.metric != "captured" else 0
         if len(sides) != needed:
-            found = " and ".join(sides) if sides else "neither below nor above"
-            accepted = "accepted: probability with one of below and above" if needed else "accepted: none here"
-            refuse(Problem(found, accepted, (sides[-1],) if sides else (), at_key=bool(sides)))
+            message = " and ".join(sides) if sides else "neither below nor above"
+            accepted = "accepted: probability with below or above" if needed else "accepted: neither below nor above here"
+            refuse(Problem(message, accepted, (sides[-1],) if sides else (), at_key=bool(sides)))
         if self.metric == "captured" and not self.probability:
             refuse(Problem(f"captured has no {given[0]}", "accepted: probability: true", (given[0],), at_key=True))
         if self.probability and self.sense is not None:
-            refuse(Problem("a probability is to be large", "accepted: no sense", ("sense",), at_key=True))
+            refuse(Problem("a probability is always maximised", "accepted: no key sense", ("sense",), at_key=True))
         return self
 
 
 class Budget(Model):
-    """The search ends as soon as one of them is used up."""
+    """The search ends as soon as any limit is reached."""
 
-    candidates: int | None = count(default=None, at_least=1, at_most=1_000_000, doc="how many candidates")
-    flights: int | None = count(default=None, at_least=1, doc="how many flights of candidates")
+    candidates: int | None = count(default=None, at_least=1, at_most=1_000_000, doc="number of candidates")
+    flights: int | None = count(default=None, at_least=1, doc="number of flights")
     minutes: float | None = number(
-        "1", default=None, above=0.0, doc="how long it searches; what comes of it then depends on that"
+        "1", default=None, above=0.0, doc="time limit; the result then depends on the speed of the machine"
     )
 
     @model_validator(mode="after")
@@ -78,41 +80,49 @@ class Budget(Model):
 
 
 class Race(Model):
-    """Candidates fly a few samples, those that are not worse fly more."""
+    """All candidates fly a few samples; those that are not worse fly more."""
 
     first: int | None = count(
-        default=None, at_least=2, doc="samples of the first round; as many as of the last: no race; without: a sixteenth"
+        default=None, at_least=2, doc="samples of the first round, by default a sixteenth of the last; equal to the last: no race"
     )
-    growth: float = number("1", default=2.0, above=1.0, at_most=16.0, doc="how many times the samples of a round the next has")
+    growth: float = number("1", default=2.0, above=1.0, at_most=16.0, doc="ratio of the samples of successive rounds")
     keep: float = number(
-        "1", default=0.5, above=0.0, at_most=1.0, doc="largest share of candidates that goes on; 1: by tests only"
+        "1",
+        default=0.5,
+        above=0.0,
+        at_most=1.0,
+        doc="largest share of candidates in the next round; 1: only tests eliminate candidates",
     )
-    risk: float = number("1", default=0.05, above=0.0, at_most=0.5, doc="probability that tests throw out the best of a race")
-    hard: int = count(default=0, at_most=10_000, doc="so many of the hardest samples known fly in every first round as well")
+    risk: float = number(
+        "1", default=0.05, above=0.0, at_most=0.5, doc="probability that the tests of a race eliminate its best candidate"
+    )
+    hard: int = count(default=0, at_most=10_000, doc="number of the hardest known samples that fly in every first round too")
 
 
 class Confirmation(Model):
-    """The winner and the campaign's own values, on draws that the search has not seen."""
+    """Compares the winner with the original campaign, on draws that the search has not used."""
 
-    samples: int | None = count(default=None, at_least=1, doc="how many; the campaign's")
-    seed: int | None = count(default=None, doc="of the draws; the campaign's")
-    confidence: float = number("1", default=0.95, at_least=0.5, below=1.0, doc="of the comparison with the campaign's own values")
+    samples: int | None = count(default=None, at_least=1, doc="number of samples; by default the campaign's")
+    seed: int | None = count(default=None, doc="seed of the draws; by default the campaign's")
+    confidence: float = number(
+        "1", default=0.95, at_least=0.5, below=1.0, doc="confidence of the comparison with the original campaign"
+    )
 
 
 def _objectives(given: Any) -> tuple[Objective, ...]:
-    """One objective, or a list of them; problems have the places that the file has."""
+    """A single objective, or a list; problems keep the places in the file."""
     if not is_list(given):
         return (Objective.model_validate(given),)
     if not given:
-        refuse(Problem("found an empty list", "accepted: one objective or more"))
-    found: list[Problem] = []
+        refuse(Problem("found an empty list", "accepted: an objective, or a list of objectives"))
+    wrong: list[Problem] = []
     read: list[Objective] = []
-    for index, said in enumerate(given):
+    for index, value in enumerate(given):
         try:
-            read.append(Objective.model_validate(said))
+            read.append(Objective.model_validate(value))
         except ValidationError as error:
-            found += [one.below((index,)) for one in problems(error)]
-    return refuse(*found) if found else tuple(read)
+            wrong += [problem.below((index,)) for problem in problems(error)]
+    return refuse(*wrong) if wrong else tuple(read)
 
 
 _OBJECTIVES = WithJsonSchema(
@@ -125,25 +135,25 @@ class Tuning(Model):
 
     parameters: Annotated[Mapping[str, Parameter], Parameters()] = part(doc="what is varied, by its place, and over which range")
     objective: Annotated[tuple[Objective, ...], BeforeValidator(_objectives), _OBJECTIVES] = part(
-        doc="one, or a list; the requirements of the campaign come before all of them"
+        doc="an objective or a list; the requirements of the campaign take precedence over all"
     )
     goal: Goal = option(
         default="weighted", doc="of several objectives: their sum, the first before the second, or all trade-offs"
     )
     method: Annotated[Choice, OneChoice()] = part(default={"use": "cma-es"}, doc="how candidates are proposed")
     budget: Budget = part(default={"candidates": 200}, doc="when the search ends")
-    samples: int = count(default=1248, at_least=2, at_most=10_000_000, doc="of a candidate that goes through the whole race")
-    seed: int | None = count(default=None, doc="of the draws of the search and of the search; one above the campaign's")
+    samples: int = count(default=1248, at_least=2, at_most=10_000_000, doc="samples of a candidate that reaches the last round")
+    seed: int | None = count(default=None, doc="seed of the search and its draws; by default the campaign's plus 1")
     race: Race = part(default={}, doc="how many samples a candidate flies")
-    confirm: Confirmation = part(default={}, doc="the verdict in the end")
+    confirm: Confirmation = part(default={}, doc="the final verdict")
 
     @field_validator("samples")
     @classmethod
     def _affordable(cls, samples: int, info: ValidationInfo) -> int:
         budget = info.data.get("budget")
         if budget is not None and budget.flights is not None and budget.flights < samples:
-            found = f"one candidate of {samples} samples is more than the budget of {budget.flights} flights"
-            refuse(Problem(found, f"accepted: at most {budget.flights} samples, or a larger budget"))
+            message = f"a candidate of {samples} samples exceeds the budget of {budget.flights} flights"
+            refuse(Problem(message, f"accepted: at most {budget.flights} samples, or a larger budget"))
         return samples
 
     @field_validator("race")

@@ -1,12 +1,12 @@
-"""What a tuning varies: values of a campaign by their places, each over a range, and ties between them.
+"""The parameters of a tuning: values of a campaign by their places, each over a range, and ties between them.
 
     linear   x = a + u (b − a)          u ∈ [0, 1]: the coordinate of a search
     log      x = a (b/a)^u
-    integer  a, a + 1, …, b             each as wide as the others
-    choice   one of the values listed
-    product  x = Π factors              a tie: no coordinate of its own
+    integer  a, a + 1, …, b             with equal shares of u
+    choice   a value of a list
+    product  x = Π factors              a tie: it has no coordinate
 
-Numbers have FOUR digits, so that what is written into a campaign is what was flown.
+Numbers have FOUR digits, so that the campaign that is written says exactly what was flown.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from __future__ import annotations
 import json
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeGuard
 
 from pydantic_core import core_schema
 
 from rvjax.campaign.plain_values import describe, is_list, is_mapping, is_number
-from rvjax.campaign.problems import Problem, refuse
+from rvjax.campaign.problems import Problem, refuse, unexpected
 
 FOUR = 4
 MOST_LEVELS = 10_000
 MOST_PARAMETERS = 40
-"""Of a tuning: searches find nothing in more dimensions with any budget that anybody has."""
+"""In a tuning. In more dimensions, no affordable budget of flights is enough."""
 
 Value = float | int | str | bool
-FORMS = "accepted: one of {linear: [a, b]}, {log: [a, b]}, {integer: [a, b]}, {choice: [a, b, …]}, {product: [name, 2.0, …]}"
+FORMS = "accepted: {linear: [a, b]}, {log: [a, b]}, {integer: [a, b]}, {choice: [a, b, …]}, {product: [name, 2.0, …]}"
 
 
 def digits(x: float) -> float:
@@ -39,7 +39,7 @@ def digits(x: float) -> float:
 
 @dataclass(frozen=True)
 class Span(ABC):
-    """A range of numbers, between whose ends a coordinate leads."""
+    """A range of numbers; the coordinate u ∈ [0, 1] leads from its low to its high end."""
 
     low: float
     high: float
@@ -56,7 +56,7 @@ class Span(ABC):
         """The coordinate of a value."""
 
     def value(self, u: float) -> Value:
-        """The value at a coordinate, as it is written."""
+        """The value at a coordinate, rounded as in a campaign."""
         return min(max(digits(self.exact(u)), self.low), self.high)
 
     def coordinate(self, value: Value) -> float | None:
@@ -92,7 +92,7 @@ class Log(Span):
 
 @dataclass(frozen=True)
 class Levels:
-    """One of some values, at (k + ½)/n. ordered: whole numbers, that are near each other."""
+    """A list of n values, the k-th at the coordinate (k + ½)/n. ordered: whole numbers, so neighbours are similar."""
 
     values: tuple[Value, ...]
     ordered: bool
@@ -111,11 +111,9 @@ class Levels:
         return self.values[min(int(u * len(self.values)), len(self.values) - 1)]
 
     def coordinate(self, value: Value) -> float | None:
-        """The inverse of `value`; None for any other one."""
-        known = [
-            index for index, one in enumerate(self.values) if one == value and isinstance(one, bool) == isinstance(value, bool)
-        ]
-        return (known[0] + 0.5) / len(self.values) if known else None
+        """The inverse of `value`; None for a value that is not in the list."""
+        same = [k for k, known in enumerate(self.values) if known == value and isinstance(known, bool) == isinstance(value, bool)]
+        return (same[0] + 0.5) / len(self.values) if same else None
 
     def __str__(self) -> str:
         if self.ordered and len(self.values) > 3:
@@ -138,37 +136,31 @@ Parameter = Free | Product
 
 
 def is_free(parameter: Parameter) -> TypeGuard[Free]:
-    """Whether it has a coordinate of its own."""
+    """Whether the parameter has a coordinate; a product has none."""
     return not isinstance(parameter, Product)
 
 
 class Parameters:
-    """Reads the parameters of a tuning, by place or by a name of their own."""
+    """Reads the parameters of a tuning, by place or by a free name."""
 
     def read(self, raw: Any) -> dict[str, Parameter]:
         """Every parameter, or every problem at once."""
         if not is_mapping(raw) or not raw:
-            refuse(Problem(f"found {describe(raw)}", "accepted: a mapping, such as {controller.gains.k1: {log: [0.03, 0.3]}}"))
+            refuse(unexpected(raw, "accepted: a mapping, such as {controller.gains.k1: {log: [0.03, 0.3]}}"))
         problems: list[Problem] = []
-        found: dict[str, Parameter] = {}
-        for name, said in raw.items():
-            parameter = _parameter(said, problems, (name,))
+        parameters: dict[str, Parameter] = {}
+        for name, value in raw.items():
+            parameter = _parameter(value, problems, (name,))
             if parameter is not None:
-                found[name] = parameter
-        if not problems and not any(map(is_free, found.values())):
-            problems.append(Problem("nothing varies", "accepted: at least one of linear, log, integer, choice"))
-        if len(found) > MOST_PARAMETERS:
-            problems.append(Problem(f"{len(found)} parameters", f"accepted: at most {MOST_PARAMETERS}"))
-        for name, parameter in found.items():
+                parameters[name] = parameter
+        if not problems and not any(map(is_free, parameters.values())):
+            problems.append(Problem("nothing varies", "accepted: a parameter that is linear, log, integer or choice"))
+        if len(parameters) > MOST_PARAMETERS:
+            problems.append(Problem(f"{len(parameters)} parameters", f"accepted: at most {MOST_PARAMETERS}"))
+        for name, parameter in parameters.items():
             if isinstance(parameter, Product):
-                for index, factor in enumerate(parameter.factors):
-                    other = found.get(str(factor))
-                    if isinstance(other, Product):
-                        accepted = "accepted: what has a range of its own, a fixed number of the campaign, or a number"
-                        problems.append(Problem(f"{factor} is tied itself", accepted, (name, "product", index)))
-                    elif isinstance(other, Levels) and not all(map(is_number, other.values)):
-                        problems.append(Problem(f"{factor} is no number", "accepted: numbers", (name, "product", index)))
-        return refuse(*problems) if problems else found
+                problems += _factor_problems(name, parameter, parameters)
+        return refuse(*problems) if problems else parameters
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)
@@ -179,75 +171,87 @@ class Parameters:
         lists = {"choice": plain, "product": {"type": ["number", "string"]}}
         forms: dict[str, Any] = dict.fromkeys(("linear", "log", "integer"), ends)
         forms |= {name: {"type": "array", "items": items, "minItems": 1 + (name == "choice")} for name, items in lists.items()}
-        one = {"type": "object", "properties": forms, "minProperties": 1, "maxProperties": 1, "additionalProperties": False}
-        return {"type": "object", "additionalProperties": one, "minProperties": 1}
+        parameter = {"type": "object", "properties": forms, "minProperties": 1, "maxProperties": 1, "additionalProperties": False}
+        return {"type": "object", "additionalProperties": parameter, "minProperties": 1}
+
+
+def _factor_problems(name: str, product: Product, parameters: Mapping[str, Parameter]) -> Iterator[Problem]:
+    """What is wrong with the factors of a product."""
+    for index, factor in enumerate(product.factors):
+        other, place = parameters.get(str(factor)), (name, "product", index)
+        if isinstance(other, Product):
+            accepted = "accepted: a parameter with a range, a fixed number of the campaign, or a number"
+            yield Problem(f"{factor} is itself a product", accepted, place)
+        elif isinstance(other, Levels) and not all(map(is_number, other.values)):
+            yield Problem(f"{factor} is not a number", "accepted: a parameter whose values are numbers", place)
 
 
 def _parameter(raw: Any, problems: list[Problem], place: tuple[str, ...]) -> Parameter | None:
     if not is_mapping(raw) or len(raw) != 1 or next(iter(raw)) not in _READERS:
-        problems.append(Problem(f"found {describe(raw)}", FORMS, place))
+        problems.append(unexpected(raw, FORMS, place))
         return None
-    ((form, given),) = raw.items()
-    parameter, found, accepted = _READERS[form](given)
+    ((form, values),) = raw.items()
+    parameter, message, accepted = _READERS[form](values)
     if parameter is None:
-        problems.append(Problem(found, accepted, (*place, form)))
+        problems.append(Problem(message, accepted, (*place, form)))
     return parameter
 
 
 _Read = tuple[Parameter | None, str, str]
+"""The parameter, or None with a message and what is accepted."""
 
 
-def _ends(given: Any, kind: str) -> tuple[float, float] | None:
-    if not is_list(given) or len(given) != 2 or not all(map(is_number, given)) or not given[0] < given[1]:
+def _ends(raw: Any, kind: str) -> tuple[float, float] | None:
+    if not is_list(raw) or len(raw) != 2 or not all(map(is_number, raw)) or not raw[0] < raw[1]:
         return None
-    if kind == "integer" and not all(float(end).is_integer() for end in given):
+    if kind == "integer" and not all(float(end).is_integer() for end in raw):
         return None
-    return given[0], given[1]
+    return raw[0], raw[1]
 
 
-def _found(given: Any) -> str:
-    return f"found {given}" if is_list(given) and len(given) == 2 and all(map(is_number, given)) else f"found {describe(given)}"
+def _describe(raw: Any) -> str:
+    return f"found {raw if is_list(raw) and len(raw) == 2 and all(map(is_number, raw)) else describe(raw)}"
 
 
-def _linear(given: Any) -> _Read:
-    ends = _ends(given, "linear")
+def _linear(raw: Any) -> _Read:
+    ends = _ends(raw, "linear")
     return (
         Linear(float(ends[0]), float(ends[1])) if ends else None,
-        _found(given),
-        "accepted: [a, b], two numbers, the first below",
+        _describe(raw),
+        "accepted: [a, b], two numbers, a below b",
     )
 
 
-def _log(given: Any) -> _Read:
-    ends, accepted = _ends(given, "log"), "accepted: [a, b], two numbers above 0, the first below"
+def _log(raw: Any) -> _Read:
+    ends, accepted = _ends(raw, "log"), "accepted: [a, b], two numbers above 0, a below b"
     if ends and ends[0] <= 0:
         return None, f"the range {ends[0]:g} to {ends[1]:g} is not above 0", accepted
-    return Log(float(ends[0]), float(ends[1])) if ends else None, _found(given), accepted
+    return Log(float(ends[0]), float(ends[1])) if ends else None, _describe(raw), accepted
 
 
-def _integer(given: Any) -> _Read:
-    ends = _ends(given, "integer")
-    accepted = f"accepted: [a, b], two whole numbers, the first below, at most {MOST_LEVELS:,} apart"
+def _integer(raw: Any) -> _Read:
+    ends = _ends(raw, "integer")
+    accepted = f"accepted: [a, b], two whole numbers, a below b, at most {MOST_LEVELS:,} apart"
     if ends is None or ends[1] - ends[0] >= MOST_LEVELS:
-        return None, _found(given), accepted
+        return None, _describe(raw), accepted
     return Levels(tuple(range(int(ends[0]), int(ends[1]) + 1)), ordered=True), "", ""
 
 
-def _choice(given: Any) -> _Read:
+def _choice(raw: Any) -> _Read:
     accepted = "accepted: a list of two or more different numbers, texts, or true and false"
-    if not is_list(given) or not 2 <= len(given) <= MOST_LEVELS or not all(isinstance(one, int | float | str) for one in given):
-        return None, f"found {describe(given)}", accepted
-    if len({json.dumps(one) for one in given}) < len(given):
-        return None, "a value stands twice", accepted
-    return Levels(tuple(given), ordered=False), "", ""
+    if not is_list(raw) or not 2 <= len(raw) <= MOST_LEVELS or not all(isinstance(value, int | float | str) for value in raw):
+        return None, _describe(raw), accepted
+    if len({json.dumps(value) for value in raw}) < len(raw):
+        return None, "a value occurs twice", accepted
+    return Levels(tuple(raw), ordered=False), "", ""
 
 
-def _product(given: Any) -> _Read:
-    accepted = "accepted: a list of names and numbers, at least one of them a name, such as [x, 0.5]"
-    named = is_list(given) and any(isinstance(one, str) for one in given)
-    if not named or not all(isinstance(one, str) or is_number(one) for one in given):
-        return None, f"found {describe(given)}", accepted
-    return Product(tuple(one if isinstance(one, str) else float(one) for one in given)), "", ""
+def _product(raw: Any) -> _Read:
+    accepted = "accepted: a list of names and numbers, with at least a name, such as [x, 0.5]"
+    named = is_list(raw) and any(isinstance(factor, str) for factor in raw)
+    if not named or not all(isinstance(factor, str) or is_number(factor) for factor in raw):
+        return None, _describe(raw), accepted
+    return Product(tuple(factor if isinstance(factor, str) else float(factor) for factor in raw)), "", ""
 
 
 _READERS: Mapping[str, Any] = {"linear": _linear, "log": _log, "integer": _integer, "choice": _choice, "product": _product}

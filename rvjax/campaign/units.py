@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit that a key may end in. symbol: its own; si: of the value after loading; name: in words, plural."""
+    """A unit that a key may end in. symbol: of this unit; si: symbol of the unit after loading; name: in words, plural."""
 
     symbol: str
     si: str
@@ -34,7 +34,7 @@ UNITS: dict[str, Unit] = {
     "m": Unit("m", "m", 1.0, "metres"),
     "s": Unit("s", "s", 1.0, "seconds"),
 }
-"""By key suffix; one that ends in another stands before it."""
+"""By key suffix. A suffix comes before the suffixes that it ends in."""
 
 
 def split(key: str) -> tuple[str, Unit]:

@@ -88,12 +88,12 @@ class _Reading:
     nodes: int = 0
 
     def document(self) -> Any:
-        """The value of the first document; a second one is refused."""
+        """The value of the first document; a second document is refused."""
         value: Any = None
         starts = (event for event in self.events if isinstance(event, _EVENTS.DocumentStartEvent))
         for number, start in enumerate(starts):
             if number:
-                self.refuse(start, (), "a second document", "accepted: one document in a file")
+                self.refuse(start, (), "a second document", "accepted: a single document in a file")
                 break
             value = self.node(next(self.events), ())
         return value
@@ -102,9 +102,9 @@ class _Reading:
         """`name:line:column`, counted from 1."""
         return f"{self.into.name}:{mark.line + 1}:{mark.column + 1}"
 
-    def refuse(self, event: Any, place: Place, found: str, accepted: str) -> None:
+    def refuse(self, event: Any, place: Place, message: str, accepted: str) -> None:
         """Keep a finding about what starts with this event."""
-        self.into.findings.append(Finding(self.where(event.start_mark), dotted(place), found, accepted))
+        self.into.findings.append(Finding(self.where(event.start_mark), dotted(place), message, accepted))
 
     def node(self, event: Any, place: Place) -> Any:
         """The value that starts with this event."""
@@ -137,7 +137,7 @@ class _Reading:
             yield event
 
     def mapping(self, place: Place) -> dict[str, Any]:
-        """A mapping; of a key that stands twice, the first value."""
+        """A mapping; of a key that occurs twice, the first value."""
         value: dict[str, Any] = {}
         for event in self.until(_EVENTS.MappingEndEvent):
             known = len(self.into.findings)
@@ -148,7 +148,7 @@ class _Reading:
                 self.node(next(self.events), (*place, "?"))
             elif key in value:
                 first = self.into.key_marks[(*place, key)]
-                self.refuse(event, (*place, key), "the key stands twice", f"the first is at {first}")
+                self.refuse(event, (*place, key), "the key occurs twice", f"the first is at {first}")
                 self.node(next(self.events), (*place, "?"))
             else:
                 self.into.key_marks[(*place, key)] = self.where(event.start_mark)
@@ -160,7 +160,7 @@ class _Reading:
     def scalar(self, event: Any, place: Place) -> Any:
         """The core schema of YAML 1.2: quoted is text; plain is null, true, false, a number, or else text."""
         text: str = event.value
-        if strange := NOT_PRINTABLE.search(text):  # only an escape in quotes can say one
+        if strange := NOT_PRINTABLE.search(text):  # only an escape in quotes can contain it
             return self.refuse(event, place, f"character U+{ord(strange[0]):04X}", "accepted: printable text")
         if not event.implicit[0]:
             return text

@@ -58,7 +58,7 @@ def resolve(spec: Spec, quantities: Mapping[str, Quantity], scheme: Scheme) -> D
     names = Names(quantities)
     setting = Setting(spec.seed, spec.samples, names)
     findings = [*_groups(spec, names), *_unknown_kinds(spec, names), *_unjudgeable(spec)]
-    findings += [spec.source.finding(p.place, p.found, p.accepted, p.at_key) for p in scheme.problems(setting)]
+    findings += [spec.source.finding(p.place, p.message, p.accepted, p.at_key) for p in scheme.problems(setting)]
     if findings:
         raise CampaignError(findings)
     groups = tuple(Group.of(correlation) for correlation in spec.correlate)

@@ -101,7 +101,7 @@ def test_no_file_outside_the_folder_is_reached(tmp_path: Path) -> None:
     home = tmp_path / "home"
     path = place(home, with_mass(TABLE))
     (home / "masses.csv").symlink_to(tmp_path / "secret.csv")
-    assert "leads out of the campaign's folder" in str(_mass_findings(path)[0])
+    assert "is outside the campaign's folder" in str(_mass_findings(path)[0])
     (home / "masses.csv").unlink()
     os.mkfifo(home / "masses.csv")
     assert "is not a plain file" in str(_mass_findings(path)[0])

@@ -121,7 +121,7 @@ def test_overrides_that_cannot_be(good: Path, assignment: str, message: str) -> 
 def test_overrides_take_the_place_of_all_that_stood_there(good: Path) -> None:
     """Kills places of the file that stay behind, and a source that is changed by its overrides."""
     assert [str(finding) for finding in parse(good, ["horizon={}"])[1]] == [
-        "--set horizon={}: horizon.duration_s: missing; accepted: length of a flight [s]",
+        "--set horizon={}: horizon.duration_s: missing; accepted: duration of a flight [s]",
         "--set horizon={}: horizon.step_s: missing; accepted: "
         "step of the integration; the duration is a whole number of steps [s]",
     ]

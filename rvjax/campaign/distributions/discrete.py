@@ -1,4 +1,4 @@
-"""Laws with steps: one number, one of some numbers, a count of events."""
+"""Laws with steps: a fixed number, a choice of numbers, a count of events."""
 
 from __future__ import annotations
 

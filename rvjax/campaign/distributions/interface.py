@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 ABOVE_ZERO = math.ulp(0.0)
-"""Low end of a law whose draws are above 0 and come as near to it as one likes."""
+"""Low end of a law whose draws are above 0 and come arbitrarily near."""
 
 
 class Distribution(Protocol):

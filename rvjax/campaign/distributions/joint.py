@@ -117,10 +117,10 @@ class Attitude:
 
     def ppf(self, u: ArrayLike) -> Array:
         share = array(u)
-        one, other = np.sqrt(share[:, 0]), np.sqrt(1.0 - share[:, 0])
+        first_root, other = np.sqrt(share[:, 0]), np.sqrt(1.0 - share[:, 0])
         first, second = 2.0 * math.pi * share[:, 1], 2.0 * math.pi * share[:, 2]
-        scalar = np.abs(one * np.cos(second))
-        vector = np.stack((one * np.sin(second), other * np.sin(first), other * np.cos(first)), axis=1)
+        scalar = np.abs(first_root * np.cos(second))
+        vector = np.stack((first_root * np.sin(second), other * np.sin(first), other * np.cos(first)), axis=1)
         return self.radius * vector / (1.0 + scalar)[:, None]
 
     def scaled(self, factor: float) -> Attitude:

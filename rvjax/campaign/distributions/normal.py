@@ -1,4 +1,4 @@
-"""Laws made of the normal one: normal, truncated normal, half normal, log normal."""
+"""Laws derived from the normal law: normal, truncated normal, half normal, log normal."""
 
 from __future__ import annotations
 
