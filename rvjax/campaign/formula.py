@@ -58,7 +58,7 @@ class Predicate:
 
 @dataclass(frozen=True)
 class Junction:
-    """all: every part is true; any: at least a part is true."""
+    """all: every part is true; any: one or more parts are true."""
 
     word: Literal["all", "any"]
     parts: tuple[Formula, ...]
@@ -182,7 +182,7 @@ class Reader:
 
     def _junction(self, word: Literal["all", "any"], raw: Any, place: Place, inside: str) -> Formula | None:
         if not is_list(raw) or not raw:
-            return self._unexpected(raw, "accepted: a list with at least an entry", place)
+            return self._unexpected(raw, "accepted: a list with one or more entries", place)
         parts = [self.formula(part, (*place, index), inside) for index, part in enumerate(raw)]
         whole = tuple(part for part in parts if part is not None)
         return Junction(word, whole, place) if len(whole) == len(parts) else None

@@ -29,7 +29,7 @@ MOST_PARAMETERS = 40
 """In a tuning. In more dimensions, no affordable budget of flights is enough."""
 
 Value = float | int | str | bool
-FORMS = "accepted: {linear: [a, b]}, {log: [a, b]}, {integer: [a, b]}, {choice: [a, b, …]}, {product: [name, 2.0, …]}"
+FORMS = "accepted: one of {linear: [a, b]}, {log: [a, b]}, {integer: [a, b]}, {choice: [a, b, …]}, {product: [name, 2.0, …]}"
 
 
 def digits(x: float) -> float:
@@ -247,7 +247,7 @@ def _choice(raw: Any) -> _Read:
 
 
 def _product(raw: Any) -> _Read:
-    accepted = "accepted: a list of names and numbers, with at least a name, such as [x, 0.5]"
+    accepted = "accepted: a list of names and numbers, with one or more names, such as [x, 0.5]"
     named = is_list(raw) and any(isinstance(factor, str) for factor in raw)
     if not named or not all(isinstance(factor, str) or is_number(factor) for factor in raw):
         return None, _describe(raw), accepted
