@@ -47,7 +47,7 @@ def command(
     quiet: Quiet = False,
 ) -> int:
     """Search the draws for the smallest margin of a requirement."""
-    from rvjax.search import worst_case
+    from rvjax.search import worst_case, worst_case_export
 
     output, values = Output(as_json, quiet), overrides(sets, None, seed)
     search = worst_case.prepare(file, values, requirement, vary or ())
@@ -66,7 +66,7 @@ def command(
         on_progress=on_progress,
     )
     place = out or Path("reports") / search.problem.spec.name / f"worst-{requirement}"
-    campaign = worst_case.export(search, result, place, values)
+    campaign = worst_case_export.export(search, result, place, values)
     _show(result, campaign, output)
     return 1 if result.failing else 0
 

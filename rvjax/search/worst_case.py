@@ -34,14 +34,12 @@ from rvjax.analysis.verdicts.sentences import success_of
 from rvjax.campaign import Requirement
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.draw_names import covers
-from rvjax.campaign.export import campaign_text
 from rvjax.columns import METRIC, draw_column, metric_column
 from rvjax.components.samplers.interface import Samples
 from rvjax.components.samplers.uniforms_table import Block, columns_of
 from rvjax.errors import UsageError
 from rvjax.execution.chunks import STRETCH
 from rvjax.execution.executors.threads import map_in_threads
-from rvjax.run_folder import atomic_files
 from rvjax.search import failure_search
 from rvjax.simulation import jax_config, tables
 from rvjax.simulation.batch import LANES, Flyer, Tangents, devices
@@ -65,8 +63,6 @@ DESCENTS = 8
 
 BEYOND = 1e-6
 """Probability that a sample is outside the ball that is searched by default."""
-
-CAMPAIGN, POINTS = "worst.yaml", "worst.csv"
 
 FLAT = 1e3
 """Margin of a flight whose metric is infinite and has no other measure."""
@@ -374,42 +370,6 @@ def worst(
         likeliest=record.likeliest,
         history=tuple(history),
     )
-
-
-def export(search: WorstCaseSearch, result: Worst, folder: Path, overrides: Sequence[str] = ()) -> Path:
-    """Writes the worst case and the most probable failure as a campaign, with the numbers that decide their draws; returns its
-    path. With noise in flight only the worst case, which is sample 0, keeps its noise; so it is written alone."""
-    spec = search.problem.spec
-    noisy = any(part.noisy for part in (*search.problem.disturbances, *search.problem.navigation))
-    noisy |= any(part.schedule is not None for part in search.problem.faults)  # whose lots are those of a sample
-    cases = [result.worst]
-    if result.likeliest is not None and result.likeliest.margin != result.worst.margin and not noisy:
-        cases.append(result.likeliest)
-    numbers = search.numbers(np.array([case.z for case in cases]))
-    table = {column: block[:, k] for name, block in numbers.items() for k, column in enumerate(columns_of(name, block.shape[1]))}
-    lines = [",".join(table), *(",".join(repr(float(values[row])) for values in table.values()) for row in range(len(cases)))]
-    with atomic_files.explained(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    points = POINTS
-    while points in spec.source.inputs:
-        points = f"found-{points}"
-    atomic_files.replace(folder / points, ("\n".join(lines) + "\n").encode())
-    for name, content in spec.source.inputs.items():
-        atomic_files.replace(folder / name, content)
-    drawn = sorted({name.partition(".")[0] for name in numbers})  # a single flight cannot prove that a draw acts
-    sets = [
-        *overrides,
-        f"audit={{allow: [{', '.join(drawn)}]}}",
-        f"samples={len(cases)}",
-        f"sampler={{use: points, csv: {points}}}",
-        "keep={all: true}",
-    ]
-    sentence = f"the worst flight of {result.flights} that `rvjax worst` flew is sample 0, its margin {result.worst.margin:.6g}"
-    comment = f"{result.requirement}: {sentence}."
-    text = campaign_text(spec, sets, ("require", "tune", "baselines"), "-worst", comment)
-    path = folder / CAMPAIGN
-    atomic_files.replace(path, text.encode())
-    return path
 
 
 def _badness(case: Case) -> float:

@@ -155,10 +155,7 @@ def tune(
     else:
         folder = RunFolder.create(place, *described, LANES, spec.name, inputs)
     on_open(place)
-    try:
-        done = tuning_record.read(place)
-    except FolderError:  # it is made again
-        done = None
+    done = _earlier(place)
     with folder:
         seeds = (f"seed={seed}", f"tune.seed={seed}", f"tune.confirm.seed={_fresh(spec)}")
         space = first.of_search(place / CAMPAIGN, *seeds)
@@ -183,6 +180,14 @@ def tune(
 
         report.write(folder, record)
     return place, record
+
+
+def _earlier(place: Path) -> Searched | None:
+    """The record of an earlier search in the folder; None where there is none or it is damaged."""
+    try:
+        return tuning_record.read(place)
+    except FolderError:
+        return None
 
 
 def _fresh(spec: Spec) -> int:
