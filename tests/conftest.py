@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import functools
 import os
 import sys
@@ -26,6 +27,42 @@ typer.main.get_command = functools.cache(typer.main.get_command)
 """The command line is put together once, as in a process of a user: 20 ms, which thousands of calls in one process would pay."""
 
 FIGURE = "figure"
+
+FIRST = ("reliability", "run", "report", "physics", "tuning", "ci", "cli")
+"""Folders with the longest tests: they start first, so that no worker is left alone with one of them at the end."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """All tests of a file go to one worker, so that no fixture of a module is built twice."""
+    from xdist.scheduler import LoadFileScheduling
+
+    config.option.loadscopereorder = False
+    return LoadFileScheduling(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The folders of `FIRST` come first; otherwise the order stays."""
+    root = Path(__file__).parent
+
+    def place(item: pytest.Item) -> int:
+        folder = item.path.relative_to(root).parts[0] if item.path.is_relative_to(root) else ""
+        return FIRST.index(folder) if folder in FIRST else len(FIRST)
+
+    items.sort(key=place)
+
+
+def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+    """The path that `make(path)` writes, once for all workers of the session: the others wait at a file lock."""
+    base = factory.getbasetemp()
+    root = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    folder, done = root / name, root / f"{name}.done"
+    with (root / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not done.exists():
+            make(folder)
+            done.touch()
+    return folder
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -83,10 +120,10 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 @pytest.fixture(scope="session")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The run folder of the short campaign; of the report only the section that draws nothing."""
+    """The run folder of the short campaign, for all workers; of the report only the section that draws nothing."""
     from rvjax.execution.run import run
     from rvjax.report import sections
 
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.setattr(sections, "SECTIONS", (sections.provenance.section,))
-        return run(CAMPAIGN, tmp_path_factory.mktemp("flown") / "run", SHORT)
+        return made_once(tmp_path_factory, "flown", lambda path: run(CAMPAIGN, path, SHORT))

@@ -9,13 +9,12 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from rvjax.cli import _app
+from rvjax.cli import COMMANDS, _app
 from rvjax.components import manual
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
@@ -35,7 +34,9 @@ def test_help_and_import_do_without_jax() -> None:
 
 
 def test_every_command_has_help(rvjax: Run) -> None:
-    for command in ("init", "validate", "run", "report", "check", "replay", "list", "explain", "schema", "doctor"):
+    """Kills: a command without help, or without an answer for programs."""
+    assert len(COMMANDS) >= 15
+    for command in COMMANDS:
         code, out, _ = rvjax(command, "--help")
         assert code == 0
         assert "--json" in out
@@ -229,10 +230,8 @@ def test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on(tmp_path: Path, nu
         if line.startswith(f"{LANES}/"):
             break
     running.send_signal(number)
-    started = time.monotonic()
     rest = running.stderr.read()
     assert running.wait(60) == code, "".join(lines) + rest
-    assert time.monotonic() - started < 60
     assert "Traceback" not in rest
     assert f"rvjax run {CAMPAIGN} --out {tmp_path / 'run'}" in rest
     assert RunFolder.open(tmp_path / "run").chunks

@@ -170,7 +170,7 @@ def test_an_error_of_size_zero_is_none(use: str) -> None:
 
 def loop_of(*uses: str) -> tuple[closed_loop.Loop, closed_loop.Drawn]:
     """One lane of PD+ without faults and disturbances behind some navigation errors, in this order."""
-    pairs = [built("navigation", use, flights.LANES) for use in uses]
+    pairs = [built("navigation", use, flights.LANES, **({"steps": 3} if use == "delay" else {})) for use in uses]
     closed = flights.loop("pd-plus")._replace(faults=(), disturbances=(), navigation=tuple(own for own, _ in pairs))
     drawn = flights.draw(flights.gains("pd-plus"), 1.0, H)
     drawn = drawn._replace(faults=(), disturbances=(), navigation=tuple(numbers for _, numbers in pairs))

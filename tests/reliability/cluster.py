@@ -94,7 +94,7 @@ def scheduler() -> Generator[tuple[str, subprocess.Popen[str]], None, None]:
 
 @contextmanager
 def worker(address: str, *arguments: str, **more: str) -> Generator[subprocess.Popen[str], None, None]:
-    """A worker, or as many as the arguments say, each under a nanny that starts it again when it dies."""
+    """A worker, or as many as the arguments say, each under a nanny that restarts it when it dies, unless they say --no-nanny."""
     always = ["--nthreads", "1", "--memory-limit", "0", "--no-dashboard"]
     running = process([sys.executable, "-m", "distributed.cli.dask_worker", address, *always, *arguments], more)
     try:

@@ -1,7 +1,7 @@
 """Every command of docs/cluster.md, run as it stands there against real scheduler and worker processes.
 
 Only names are replaced: the campaign by a shorter one, host names by this machine's, ports by free ones, `srun` by a script that
-starts its task twice, as SLURM does on two nodes, and the program by itself with reports without sections.
+starts its task once for each node, and the program by itself with reports without sections.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ from tests.reliability.cluster import OVERRIDES, PROGRAM, SETS, dead, ended, fre
 from tests.short import CAMPAIGN
 
 ROOT = Path(__file__).parents[2]
+NODE = '"$@" & '
+"""What `srun` does for each node: two of them in the full numbers, one by default."""
+
 PAGE = (ROOT / "docs" / "cluster.md").read_text()
 
 
@@ -62,12 +65,12 @@ def test_commands_at_the_top(tmp_path: Path, full: bool) -> None:
             assert whole(tmp_path / f"{number}")
 
 
-def test_slurm_script(campaign: Path) -> None:
+def test_slurm_script(campaign: Path, full: bool) -> None:
     """Kills: a worker that never finds the scheduler, a job that does not end by itself, processes that outlive it."""
     (campaign / "job").write_text(block("bash", "#!/bin/bash\n#SBATCH"))
     programs = campaign / "bin"
     programs.mkdir()
-    (programs / "srun").write_text('#!/bin/bash\n"$@" & "$@" & wait\n')
+    (programs / "srun").write_text(f"#!/bin/bash\n{NODE * (2 if full else 1)}wait\n")
     (programs / "rvjax").write_text(f'#!/bin/bash\nPYTHONPATH={shlex.quote(str(ROOT))} exec {shlex.join(PROGRAM)} "$@"\n')
     (programs / "hostname").write_text("#!/bin/bash\necho 127.0.0.1\n")
     for path in programs.iterdir():

@@ -95,12 +95,13 @@ def test_workers_of_this_machine_fly_the_same_bits(
 
 
 def test_a_worker_killed_while_flying_is_no_loss(
-    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], figure: Callable[[str], None]
+    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], full: bool, figure: Callable[[str], None]
 ) -> None:
     """SIGKILL to a worker and its nanny in the middle, later to the process of another one. Kills: waiting for the dead for ever,
     a chunk lost or double."""
     flown: list[int] = []
-    with scheduler() as (address, _), worker(address) as first, worker(address, "--nworkers", "2") as others:
+    more = ("--nworkers", "2" if full else "1")
+    with scheduler() as (address, _), worker(address) as first, worker(address, *more) as others:
 
         def kill(result: ChunkResult) -> None:
             flown.append(result.chunk)
@@ -153,11 +154,12 @@ DaskWorkerState.fly = fly
 
 
 def test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept(
-    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], figure: Callable[[str], None]
+    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], full: bool, figure: Callable[[str], None]
 ) -> None:
     """Through the program. Kills: a campaign that hangs, chunks that flew beside it being blamed, a traceback."""
     (tmp_path / "poison.py").write_text(POISON.format(what="os._exit(9)"))
-    with scheduler() as (address, _), worker(address, "--nworkers", "2", "--preload", str(tmp_path / "poison.py")):
+    more = ("--nworkers", "2" if full else "1", "--preload", str(tmp_path / "poison.py"))
+    with scheduler() as (address, _), worker(address, *more):
         code, _, err = ended(run(tmp_path / "run", "--dask", address))
     assert code == 4, err
     assert f"chunk 4 (samples {4 * LANES} to {5 * LANES - 1}) could not be flown: every worker that flew it died" in err
@@ -177,8 +179,8 @@ def test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept(
     the client; results that only a shared file system brings."""
     (tmp_path / "poison.py").write_text(POISON.format(what="raise ValueError('no such orbit')") + AFAR)
     said = rf"^chunk 4 \(samples {4 * LANES} to {5 * LANES - 1}\) could not be flown: 3 times ValueError: no such orbit$"
-    preload = ("--preload", str(tmp_path / "poison.py"))
-    with scheduler() as (address, _), worker(address, *preload), pytest.raises(IncompleteError, match=said):
+    more = ("--no-nanny", "--preload", str(tmp_path / "poison.py"))
+    with scheduler() as (address, _), worker(address, *more), pytest.raises(IncompleteError, match=said):
         fly(runner, tmp_path / "run", workers(address, lambda text: None))
     folder = RunFolder.open(tmp_path / "run")
     assert folder.missing(CHUNKS) == [4]
@@ -190,7 +192,7 @@ def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, runner: C
     """Kills: mixing compilers' settings in one table; a refusal that does not say what differs."""
     other = {"XLA_FLAGS": "--xla_cpu_prefer_vector_width=256"}
     said = r"these Dask workers would fly other bits(.|\n)*xla_flags: the client has .*, the worker has .*=256"
-    with scheduler() as (address, _), worker(address, **other), pytest.raises(UsageError, match=said):
+    with scheduler() as (address, _), worker(address, "--no-nanny", **other), pytest.raises(UsageError, match=said):
         fly(runner, tmp_path / "run", workers(address, lambda text: None))
     assert RunFolder.open(tmp_path / "run").chunks == ()
 
@@ -226,7 +228,7 @@ def test_a_stopped_campaign_goes_on_without_dask(
     """The scheduler is killed, or Ctrl-C comes. Kills: hanging, a command to go on that lacks --dask, a traceback."""
     if who == "client" and not full:
         pytest.skip("Ctrl-C is tried with local workers: --long")
-    with scheduler() as (address, process), worker(address):
+    with scheduler() as (address, process), worker(address, "--no-nanny"):
         running = run(tmp_path / "run", "--dask", address)
         first_chunk(tmp_path / "run", running)
         if who == "scheduler":
@@ -242,15 +244,16 @@ def test_a_stopped_campaign_goes_on_without_dask(
     assert RunFolder.open(tmp_path / "run").requested == SAMPLES
 
 
-def test_ctrl_c_in_the_terminal_of_local_workers(tmp_path: Path) -> None:
+def test_ctrl_c_in_the_terminal_of_local_workers(tmp_path: Path, full: bool) -> None:
     """It reaches the workers as well. Kills: their tracebacks on the terminal, workers that are gone before the client stops."""
-    running = run(tmp_path / "run", "--dask", "local:2")
+    place = "local:2" if full else "local:1"
+    running = run(tmp_path / "run", "--dask", place)
     first_chunk(tmp_path / "run", running)
     os.killpg(running.pid, signal.SIGINT)
     code, _, err = ended(running)
     assert code == 130, err
     assert "Traceback" not in err
-    assert "--dask local:2" in err
+    assert f"--dask {place}" in err
     assert RunFolder.open(tmp_path / "run").chunks
 
 

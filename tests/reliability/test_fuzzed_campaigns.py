@@ -19,10 +19,10 @@ import pytest
 from rvjax.cli import main
 from tests.reliability.mutations import GOOD, MUTATIONS, hostile, mutated
 
-FILES = {False: 400, True: 20_000}
+FILES = {False: 200, True: 20_000}
 """Mutated files, by whether the suite runs in its full numbers."""
 
-PARTS = 4
+PARTS = 2
 EVERY = 10
 """One mutated file of so many is also parsed in the process whose memory is watched."""
 

@@ -20,6 +20,9 @@ from .conftest import COLUMNS, chunk, create, fly, only, resume
 
 SAMPLES = 7
 
+EVERY = {False: 3, True: 1}
+"""One of how many calls fails, by whether the suite runs in its full numbers."""
+
 EXPECTED = {errno.ENOSPC: IncompleteError, errno.EIO: IncompleteError, errno.EROFS: FolderError, None: Killed}
 
 
@@ -87,7 +90,7 @@ def interrupted(path: Path) -> None:
 def test_any_failing_call_keeps_what_was_committed(
     tmp_path: Path, error: int | None, begun: bool, full: bool, figure: Callable[[str], None]
 ) -> None:
-    """Every call site in turn, with an errno or as the process's end, in a new folder and in one that is gone on with; then the
+    """Call after call, with an errno or as the process's end, in a new folder and in one that is gone on with; then the
     run goes on to the same files.
 
     Kills: writing in place, a line of the journal before its file, a journal emptied before the manifest has its lines, a
@@ -99,9 +102,9 @@ def test_any_failing_call_keeps_what_was_committed(
     attempt(tmp_path / "whole")
     interrupted(tmp_path / "template")
     whole = files_of(tmp_path / "whole")
-    fails = 0
+    fails = 1 + (list(EXPECTED).index(error) * 2 + begun) % EVERY[full]  # another share of the calls each time
+    hits = 0
     while True:
-        fails += 1
         path = tmp_path / f"{fails}"
         if begun:
             shutil.copytree(tmp_path / "template", path)
@@ -125,10 +128,12 @@ def test_any_failing_call_keeps_what_was_committed(
         shutil.rmtree(path)
         if not hit:
             break
-    assert fails > 40
+        hits += 1
+        fails += EVERY[full]
+    assert hits > 40 // EVERY[full]
     way = errno.errorcode[error] if error else "the end of the process"
     what = "goes on with" if begun else "begins"
-    figure(f"failing calls: {way} at each of {fails - 1} calls of a run that {what} a folder; the same files after going on")
+    figure(f"failing calls: {way} at {hits} of {disk.calls} calls of a run that {what} a folder; the same files after going on")
 
 
 def test_a_run_may_go_on_behind_a_line_that_did_not_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
