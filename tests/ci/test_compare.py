@@ -106,7 +106,7 @@ def test_the_command(before: Path, tmp_path: Path, rvjax: Run, monkeypatch: pyte
     assert code == 1
     assert f"rvjax replay {run} --sample " in out
     assert "delta_v_m_s, 90 %" in out
-    assert "30 samples tell them apart" in out
+    assert "30 samples tell A from B" in out
     code, out, _ = rvjax("compare", before, run, "--json")
     assert code == 1
     assert json.loads(out)["changes"][0]["pairs"] == [150, 30, 0, 20]
