@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import functools
 import os
 import sys
@@ -15,6 +14,7 @@ import pytest
 import typer
 
 from rvjax.simulation import jax_config
+from tests.once import made_once
 from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
 
@@ -52,25 +52,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=place)
 
 
-def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
-    """The path that `make(path)` writes, once for all workers of the session: the others wait at a file lock."""
-    base = factory.getbasetemp()
-    root = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
-    folder, done = root / name, root / f"{name}.done"
-    with (root / f"{name}.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not done.exists():
-            make(folder)
-            done.touch()
-    return folder
-
-
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--mutants`: the mutants of the flying half as well, each in a process of its own (minutes).
+    """`--mutants`: the mutants as well, each in a process of its own (minutes).
     `--acceptance`: the scenarios of the documentation at their full size (minutes).
     `--long`: the reliability suite in its full numbers (an hour).
     """
-    parser.addoption("--mutants", action="store_true", help="run the mutants of the flying half (minutes)")
+    parser.addoption("--mutants", action="store_true", help="run the mutants (minutes)")
     parser.addoption("--acceptance", action="store_true", help="fly the documented scenarios at full size (minutes)")
     parser.addoption("--long", action="store_true", help="the reliability suite in its full numbers (minutes)")
 

@@ -21,8 +21,8 @@ from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
 from tests.short import CAMPAIGN
 
-CHUNKS = {0.0: 50, 1e-4: 50, 0.01: 10, 0.5: 5, 1.0: 3}
-"""Chunks to fly, by the share that breaks; the last one is cut."""
+CHUNKS = {False: {0.0: 8, 1e-3: 8, 0.01: 4, 0.5: 2, 1.0: 2}, True: {0.0: 50, 1e-4: 50, 0.01: 10, 0.5: 5, 1.0: 3}}
+"""Chunks to fly, by the share that breaks, by whether the suite runs in its full numbers; the last chunk is cut."""
 
 DURATION, STEP = 4.0, 0.1
 REPORTED = 0.5
@@ -50,17 +50,17 @@ def _breaking(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     registry.members.cache_clear()
 
 
-def flown(path: Path, share: float) -> Path:
+def flown(path: Path, share: float, chunks: int) -> Path:
     """The run with a share of its flights broken, each at a random step but the last two, in one of the three ways."""
     breaking = (
         f"disturbances=[{{use: breaking, share: {share}, lot: {{uniform: [0, 1]}}, "
         f"onset_s: {{uniform: [0, {DURATION - 2 * STEP}]}}, kind: {{choice: [0, 1, 2]}}}}]"
     )
-    return run(CAMPAIGN, path, [*SETS, breaking, f"samples={CHUNKS[share] * LANES - 37}"])
+    return run(CAMPAIGN, path, [*SETS, breaking, f"samples={chunks * LANES - 37}"])
 
 
 def test_broken_flights_are_counted_and_disturb_no_other(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, figure: Callable[[str], None]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, full: bool, figure: Callable[[str], None]
 ) -> None:
     """Kills: a broken sample left out of a share, counted as captured or as not settled, taken for one that was never flown; a
     NaN that spreads to other lanes; infinities that pass for numbers; an overflow that is a large number in the table.
@@ -70,8 +70,8 @@ def test_broken_flights_are_counted_and_disturb_no_other(
     monkeypatch.setattr("rvjax.execution.run.prove", lambda problem, flyer, baseline: unproved)
     counts: list[str] = []
     unbroken = pd.DataFrame()
-    for share in CHUNKS:
-        path = flown(tmp_path / f"{share}", share)
+    for share, chunks in CHUNKS[full].items():
+        path = flown(tmp_path / f"{share}", share, chunks)
         frame = RunFolder.open(path).samples().frame
         unbroken = unbroken if share else frame
         sound, n = unbroken[: len(frame)], len(frame)

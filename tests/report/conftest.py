@@ -12,7 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from rvjax.analysis.run_totals import worst_first
+from rvjax.report import build
 from rvjax.run_folder import Column, RunFolder
+from tests.once import made_once
 
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 DURATION = 300.0
@@ -48,6 +50,12 @@ _ERRORS = {
 def made() -> Callable[..., Path]:
     """make(path, ...) → the path of a run folder."""
     return make
+
+
+@pytest.fixture(scope="session")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A built report of 300 made-up samples, 9 not settled, 3 not finite, for all workers; nobody changes it."""
+    return made_once(tmp_path_factory, "report", lambda path: build(make(path, 300, missing=12)))
 
 
 def make(

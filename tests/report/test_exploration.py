@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from rvjax import report
 from rvjax.analysis import verdicts
 from rvjax.errors import UsageError
+from rvjax.report import build
 from rvjax.report.run_view import open_run
 from tests.program import Run as Program
 
@@ -23,7 +23,7 @@ def test_a_plan_is_reported_and_not_judged(made: Callable[..., Path], rvjax: Pro
     there is no verdict. Kills: a section that makes its interval by itself."""
     path = made(tmp_path / "run", 200, (0.8, 0.1, 0.1), require=PLAN)
     assert verdicts.judge_folder(path) == ()
-    page = report.build(path)
+    page = build(path)
     text = (path / "report.md").read_text()
     assert "Exploration: no verdicts" in text
     assert "Exploration: no verdicts" in page.read_text()
@@ -38,11 +38,9 @@ def test_a_plan_is_reported_and_not_judged(made: Callable[..., Path], rvjax: Pro
     assert json.loads(out)["verdicts"] == []
 
 
-def test_independent_samples_keep_their_intervals(made: Callable[..., Path], tmp_path: Path) -> None:
-    """The same run drawn independently. Kills a report that lost its intervals altogether."""
-    path = made(tmp_path / "run", 200, (0.8, 0.1, 0.1))
-    report.build(path)
-    text = (path / "report.md").read_text()
+def test_independent_samples_keep_their_intervals(report: Path) -> None:
+    """Such a run drawn independently. Kills a report that lost its intervals altogether."""
+    text = (report / "report.md").read_text()
     assert len(re.findall(" … ", text)) > 50
     assert "confidence" in text
     assert "xploration" not in text

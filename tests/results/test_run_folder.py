@@ -276,3 +276,7 @@ def test_samples_that_are_twice_or_were_not_requested_are_refused(tmp_path: Path
         folder.commit(3, chunk(3, 16), COLUMNS)
         with pytest.raises(FolderError, match="up to number 15, but 10 were requested"):
             folder.samples()
+    with create(tmp_path / "one more", 15) as folder:
+        folder.commit(3, chunk(3, 16), COLUMNS)
+        with pytest.raises(FolderError, match="up to number 15, but 15 were requested"):
+            folder.samples()

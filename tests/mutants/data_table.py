@@ -1,0 +1,265 @@
+"""Mutants of the statistics, the verdicts and the run folder."""
+
+from __future__ import annotations
+
+from tests.mutants.mutant import Mutant
+
+BINOMIAL, QUANTILES, SEQUENTIAL, PAIRED = (f"stats/{name}.py" for name in ("binomial", "quantiles", "sequential", "paired"))
+FAMILIES, MEANS = "stats/multiplicity.py", "stats/means.py"
+SHARES, FILES = "analysis/verdicts/share_tally.py", "run_folder/atomic_files.py"
+JOURNAL, MANIFEST, TABLE = "run_folder/journal.py", "run_folder/manifest.py", "run_folder/samples_table.py"
+
+BOUNDARY = "stats/test_fixed.py::test_boundary_is_that_of_the_clopper_pearson_bounds"
+COVERS = "stats/test_quantiles.py::test_quantile_interval_covers_exactly_as_promised"
+REACHED = "stats/test_sequential.py::test_boundaries_are_where_the_evidence_reaches_its_limit"
+THEOREM = "stats/test_means.py::test_bound_is_theorem_4"
+NEWCOMBE = "stats/test_paired.py::test_intervals_reproduce_published_ones"
+DAMAGE = "results/test_run_folder.py::test_no_damage_goes_unnoticed"
+
+MUTANTS = (
+    # shares
+    Mutant(
+        "a bound of both sides for one",
+        BINOMIAL,
+        "special.betaincinv(some, size - k + 1, 1 - confidence)",
+        "special.betaincinv(some, size - k + 1, (1 - confidence) / 2)",
+        "stats/test_shares.py::test_bound_without_a_failure_is_the_root_of_the_risk",
+    ),
+    Mutant(
+        "one failure too few in a bound",
+        BINOMIAL,
+        "betaincinv(some, size - k + 1,",
+        "betaincinv(some, size - k,",
+        "stats/test_shares.py::test_lower_bound_solves_its_equation_in_exact_arithmetic",
+    ),
+    Mutant(
+        "an interval with the risk of one side on each",
+        BINOMIAL,
+        "    side = (1 + confidence) / 2",
+        "    side = confidence",
+        "stats/test_shares.py::test_two_sided_interval_reproduces_the_published_one",
+    ),
+    Mutant(
+        "half the risk in a number of samples",
+        BINOMIAL,
+        "binomial_cdf(failures, n, 1 - q) <= 1 - confidence)",
+        "binomial_cdf(failures, n, 1 - q) <= (1 - confidence) / 2)",
+        "stats/test_shares.py::test_smallest_n_reproduces_the_published_table",
+    ),
+    Mutant(
+        "PASS at twice the risk",
+        BINOMIAL,
+        "binomial_cdf(k, size, 1 - p0) <= risk",
+        "binomial_cdf(k, size, 1 - p0) <= 2 * risk",
+        BOUNDARY,
+    ),
+    Mutant(
+        "FAIL one failure early",
+        BINOMIAL,
+        "Boundary(n, passes, n - successes)",
+        "Boundary(n, passes, n - successes - 1)",
+        BOUNDARY,
+    ),
+    # quantiles
+    Mutant(
+        "a quantile one rank too low",
+        QUANTILES,
+        "math.ceil(n * q - 1e-9)",
+        "math.floor(n * q - 1e-9)",
+        "stats/test_quantiles.py::test_quantile_is_a_value_that_occurred",
+    ),
+    Mutant(
+        "ends of an interval exchanged",
+        QUANTILES,
+        "_upper_rank(n, 1 - q, side), _upper_rank(n, q, side)",
+        "_upper_rank(n, q, side), _upper_rank(n, 1 - q, side)",
+        COVERS,
+    ),
+    Mutant(
+        "a quantile with the risk of one side on each",
+        QUANTILES,
+        "    side = (1 + confidence) / 2",
+        "    side = confidence",
+        COVERS,
+    ),
+    Mutant(
+        "a band of one side",
+        QUANTILES,
+        "math.log(2 / (1 - confidence))",
+        "math.log(1 / (1 - confidence))",
+        "stats/test_quantiles.py::test_band_holds_everywhere_at_once",
+    ),
+    Mutant(
+        "half the ranks of a tolerance interval",
+        QUANTILES,
+        "binomial_cdf(2 * m - 1, n, 1 - q)",
+        "binomial_cdf(m - 1, n, 1 - q)",
+        "stats/test_quantiles.py::test_tolerance_interval_is_the_narrowest_of_equal_ranks",
+    ),
+    # several at once
+    Mutant(
+        "Bonferroni for Holm",
+        FAMILIES,
+        "np.arange(p.size, 0, -1) * p[order]",
+        "p.size * p[order]",
+        "stats/test_families.py::test_a_known_example",
+    ),
+    Mutant(
+        "adjusted values that fall",
+        FAMILIES,
+        "np.maximum.accumulate(np.arange(p.size, 0, -1) * p[order])",
+        "np.arange(p.size, 0, -1) * p[order]",
+        "stats/test_families.py::test_adjusted_p_values_are_those_of_the_closed_test",
+    ),
+    # looks
+    Mutant("evidence of twice the risk", SEQUENTIAL, "-np.log(alpha)\n    passes", "-np.log(2 * alpha)\n    passes", REACHED),
+    Mutant(
+        "a mixture without its weight",
+        SEQUENTIAL,
+        "np.log(special.betainc(0.5, 0.5, q)) + np.log(np.pi)",
+        "np.log(np.pi)",
+        "stats/test_sequential.py::test_e_is_the_mixture_of_likelihood_ratios",
+    ),
+    Mutant(
+        "a failure that speaks for PASS",
+        SEQUENTIAL,
+        "(size - f) * gain - f * loss",
+        "(size - f) * gain + f * loss",
+        "stats/test_sequential.py::test_the_ratio_is_that_of_two_binomial_laws",
+    ),
+    Mutant("the limit of FAIL with the other sign", SEQUENTIAL, "(reach - np.log(beta))", "(reach + np.log(beta))", REACHED),
+    # pairs
+    Mutant(
+        "the better design exchanged",
+        PAIRED,
+        '"a": c, "b": b}',
+        '"a": b, "b": c}',
+        "stats/test_paired.py::test_mcnemar_is_the_binomial_test_of_the_pairs_that_differ",
+    ),
+    Mutant(
+        "mid-p without the observed half",
+        PAIRED,
+        "(p + binomial_cdf(k - 1, n, 0.5)) / 2",
+        "binomial_cdf(k - 1, n, 0.5)",
+        "stats/test_paired.py::test_mcnemar_reproduces_published_p_values",
+    ),
+    Mutant("no correction of the correlation", PAIRED, "(max(excess - n / 2, 0) if excess > 0 else excess)", "excess", NEWCOMBE),
+    Mutant(
+        "the margin on the other side",
+        PAIRED,
+        "-_score(f, g, pairs.n, -margin)",
+        "-_score(f, g, pairs.n, margin)",
+        "stats/test_paired.py::test_noninferiority_is_the_lower_end_of_tangos_interval",
+    ),
+    Mutant(
+        "evidence without the pairs for B",
+        PAIRED,
+        "(b + c) * math.log(2)",
+        "b * math.log(2)",
+        "stats/test_paired.py::test_e_value_of_pairs",
+    ),
+    # means
+    Mutant(
+        "a bound without its range",
+        MEANS,
+        "(high - low) * 7 * log",
+        "7 * log",
+        "stats/test_means.py::test_bounds_move_with_the_unit",
+    ),
+    Mutant("the variance of a population", MEANS, "ddof=1", "ddof=0", THEOREM),
+    # verdicts
+    Mutant(
+        "doubt before failure",
+        "analysis/verdicts/verdict.py",
+        '1 if "FAIL" in words else 3 if "UNDECIDED" in words else 0',
+        '3 if "UNDECIDED" in words else 1 if "FAIL" in words else 0',
+        "stats/test_verdicts.py::test_exit_code_prefers_failure_to_doubt",
+    ),
+    Mutant(
+        "chunks counted behind a gap",
+        SHARES,
+        "            if first != behind:\n                break\n",
+        "",
+        "stats/test_forms.py::test_chunks_in_any_order_and_none_behind_a_gap",
+    ),
+    Mutant(
+        "a decision that later samples change",
+        SHARES,
+        "at = evidence.decided if evidence.decided is not None else len(evidence.samples) - 1",
+        "at = len(evidence.samples) - 1",
+        "stats/test_forms.py::test_the_first_look_with_enough_evidence_decides",
+    ),
+    Mutant(
+        "FAIL by the observed share",
+        SHARES,
+        '"FAIL" if estimate.high < requirement.limit',
+        '"FAIL" if estimate.value < requirement.limit',
+        "stats/test_verdicts.py::test_wrong_verdicts_are_no_likelier_than_promised",
+    ),
+    # the run folder
+    Mutant(
+        "a write that is not compared",
+        FILES,
+        "if temporary.read_bytes() != data:",
+        "if False:",
+        "results/test_disk_failures.py::test_what_the_disk_gives_back_is_compared",
+    ),
+    Mutant(
+        "a name before the bytes are durable",
+        FILES,
+        "                os.fsync(file.fileno())\n",
+        "",
+        "results/test_disk_failures.py::test_bytes_are_durable_before_they_have_a_name",
+    ),
+    Mutant(
+        "a lock that two may have",
+        FILES,
+        "fcntl.LOCK_EX | fcntl.LOCK_NB",
+        "fcntl.LOCK_SH | fcntl.LOCK_NB",
+        "results/test_resuming.py::test_one_process_writes_at_a_time",
+    ),
+    Mutant("a journal that is not checked", JOURNAL, 'if _checked(line[_CHECK:-1]) != line + b"\\n":', "if False:", DAMAGE),
+    Mutant(
+        "half a line before the next one",
+        JOURNAL,
+        "os.ftruncate(self._handle, self._length)",
+        "pass",
+        "results/test_disk_failures.py::test_a_run_may_go_on_behind_a_line_that_did_not_fit",
+    ),
+    Mutant("a manifest that is not checked", MANIFEST, "if body + _seal(body) != data:", "if False:", DAMAGE),
+    Mutant(
+        "an audit that does not add up",
+        MANIFEST,
+        "self.acting != len(self.moved) or ",
+        "",
+        "results/test_audit_record.py::test_a_record_that_does_not_add_up_is_none",
+    ),
+    Mutant(
+        "rows in the order of the chunks",
+        TABLE,
+        'frame.sort_values("sample", kind="stable", ignore_index=True)',
+        "frame",
+        "results/test_run_folder.py::test_rows_come_in_the_order_of_the_samples",
+    ),
+    Mutant(
+        "one sample more than was requested",
+        TABLE,
+        "sample[-1] >= requested",
+        "sample[-1] > requested",
+        "results/test_run_folder.py::test_samples_that_are_twice_or_were_not_requested_are_refused",
+    ),
+    Mutant(
+        "an account that does not add up",
+        TABLE,
+        "min(parts) < 0 or sum(parts) != self.requested",
+        "min(parts) < 0",
+        "stats/test_totals.py::test_the_account_adds_up",
+    ),
+    Mutant(
+        "pages without checksums",
+        "run_folder/parquet.py",
+        "write_page_checksum=True",
+        "write_page_checksum=False",
+        "results/test_run_folder.py::test_pages_carry_checksums",
+    ),
+)
