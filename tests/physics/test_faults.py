@@ -73,7 +73,7 @@ TIMES = np.arange(STEPS)[:, None] * H
 LIMIT = np.array(UPPER.parts())
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(onset=st.lists(st.floats(0.0, 7.0), min_size=6, max_size=6), seed=st.integers(0, 1000))
 @pytest.mark.parametrize("use", members("faults"))
 def test_before_its_onset_a_fault_is_nothing(use: str, onset: list[float], seed: int) -> None:
@@ -89,7 +89,7 @@ def test_before_its_onset_a_fault_is_nothing(use: str, onset: list[float], seed:
             assert changed.all()
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(duration=st.floats(0.3, 3.0), onset=st.floats(0.0, 2.0))
 @pytest.mark.parametrize("use", members("faults"))
 def test_behind_its_end_a_fault_is_nothing(use: str, duration: float, onset: float) -> None:
@@ -103,7 +103,7 @@ def test_behind_its_end_a_fault_is_nothing(use: str, duration: float, onset: flo
     np.testing.assert_array_equal(out[acting], whole[acting])
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(period=st.integers(2, 12), duty=st.floats(0.05, 0.95), onset=st.integers(0, 8))
 def test_an_intermittent_fault_acts_in_the_first_part_of_each_period(period: int, duty: float, onset: int) -> None:
     """Whole steps, so that the phase is exact. Kills: the duty of the sound part, a phase from the start of the flight."""
