@@ -1,4 +1,4 @@
-"""RunAccumulator: the samples of a run as they come, into all that its report and its verdicts need."""
+"""RunAccumulator: collects from the samples of a run all that its report and its verdicts need."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from rvjax.stats.sampling_design import SamplingDesign
 
 
 class RunAccumulator:
-    """Totals and verdicts of a run, chunk by chunk, in any order: from a folder, or beside the flying."""
+    """Totals and verdicts of a run, chunk by chunk in any order, from a folder or during the flights."""
 
-    def __init__(self, require: Iterable[Requirement], basis: SamplingDesign, keep: Keep | None = None) -> None:
+    def __init__(self, require: Iterable[Requirement], design: SamplingDesign, keep: Keep | None = None) -> None:
         self.totals = Totals(keep)
-        self._tallies = tallies(basis, require)
+        self._tallies = tallies(design, require)
         self._extract = Extract()
         self._needed: list[str] | None = None
 
     def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-        """Takes in the table of one chunk, which must not be changed afterwards.
+        """Adds the table of a chunk; the table must not be changed afterwards.
 
-        FolderError where it does not fit the others or was taken in before, UsageError where it lacks what is required.
+        FolderError if it does not fit the other chunks or was added before, UsageError if it lacks a required column.
         """
         self.totals.add(chunk, frame, columns)
         self._tallies.add(frame, columns)
@@ -36,7 +36,7 @@ class RunAccumulator:
         self._extract.add(chunk, frame, self._needed)
 
     def extract(self, chunks: Sequence[Entry]) -> bytes | None:
-        """The columns that the requirements look at, of these chunks, as a file; None where not all of them were taken in."""
+        """The columns of the requirements in these chunks, as a file; None unless all of the chunks were added."""
         return self._extract.encoded(chunks)
 
     @property
@@ -46,5 +46,5 @@ class RunAccumulator:
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
-        """On each requirement, from the samples taken in so far."""
+        """The verdict on each requirement from the samples added so far."""
         return self._tallies.verdicts()

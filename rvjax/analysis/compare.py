@@ -1,6 +1,6 @@
 """Two designs flown on the same draws: A, the reference, and B, the change.
 
-Of n pairs of samples, b succeed with A alone and c with B alone; only these tell the designs apart.
+Of n pairs of samples, b succeed with A alone and c with B alone; only these show a difference between the designs.
 
     difference      d = P(B succeeds) - P(A succeeds), observed (c - b) / n
     better, worse   McNemar's exact test of b against c, p adjusted by Holm over all comparisons, <= 1 - confidence
@@ -8,11 +8,11 @@ Of n pairs of samples, b succeed with A alone and c with B alone; only these tel
     FAIL            with a margin: "d >= -margin" is rejected (the same test, p adjusted by Holm)
     PASS, FAIL      without a margin: better, worse
 
-and UNDECIDED otherwise. All comparisons pass wrongly with the probability that one of them does, so PASS needs no correction; to
-say which of several fail does. McNemar's test is exact. The score test is approximate; where no sample succeeds with B alone,
-PASS also takes the exact bound of P(only A succeeds) <= margin, and FAIL that of >= margin. So "no difference seen" passes from
-the number of samples on that an all-success verdict takes. A sample that is not finite is a failure, and has the worst value of
-every metric.
+and UNDECIDED otherwise. The change passes only if all comparisons pass, so PASS needs no correction for their number; FAIL does,
+because any of several can fail. McNemar's test is exact. The score test is approximate; if no sample succeeds with B alone, PASS
+also needs the exact bound P(only A succeeds) <= margin, and FAIL the exact bound >= margin. So a pair of runs without a
+difference passes from the number of samples that an all-success verdict needs. A sample that is not finite is a failure, and has
+the worst value of every metric.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import numpy as np
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax import stats
-from rvjax.analysis.pairing import Paired, flat, folder_of, pair, said
+from rvjax.analysis.pairing import Paired, flat, folder_of, pair, value_text
 from rvjax.analysis.run_totals import worst_first
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import MANY, success_of
@@ -39,26 +39,26 @@ from rvjax.stats import Estimate, Pairs
 from rvjax.stats.sampling_design import Independent
 
 QUANTILES = (("settling_time_s", 0.95), ("delta_v_m_s", 0.5), ("window_position_error_m", 0.95))
-"""Metrics whose shifts are shown without being asked for."""
+"""Metrics and quantiles whose shifts are always shown."""
 
 SEED = 20181
-"""Of the bootstrap: the same folders always give the same intervals."""
+"""Seed of the bootstrap: the same folders always give the same intervals."""
 
 Word = Literal["better", "worse", "no difference shown"]
 
-_ASIDE = {"name", "description", "samples", "seed", "baselines", "require", "keep", "audit", "tune"}
-"""Parts of a campaign that no flight of a given sample depends on, or that are compared by themselves."""
+_NOT_COMPARED = {"name", "description", "samples", "seed", "baselines", "require", "keep", "audit", "tune"}
+"""Keys of a campaign that do not change the flight of a given sample, or that are compared separately."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Change:
     """How often samples succeed with A and with B.
 
-    name: what a success is. pairs: `only_a` succeed with A alone, `only_b` with B alone. difference: B - A with Newcombe's
-    two-sided interval; score: with Tango's, whose ends each hold at the confidence. p_exact, p_mid: McNemar's, two-sided; p_holm:
-    the exact one, adjusted. log_e: logarithm of the e-value, which one may look at after every sample. p_not_worse: of "worse by
-    the margin or more"; p_worse: of "not worse than by the margin", adjusted; both None without a margin. more: roughly how many
-    further samples would decide, None where it is decided or no number would. text: one sentence.
+    name: the success condition. pairs: `only_a` succeed with A alone, `only_b` with B alone. difference: B - A with Newcombe's
+    two-sided interval; score: with Tango's interval, each end at the confidence. p_exact, p_mid: McNemar's test, two-sided;
+    p_holm: p_exact, adjusted. log_e: logarithm of the e-value, which may be looked at after every sample. p_not_worse: p-value of
+    "B is worse by the margin or more"; p_worse: adjusted p-value of "B is not worse by more than the margin"; both None without a
+    margin. more: roughly how many further samples would decide, None if decided or if no number would. text: a sentence.
     """
 
     name: str
@@ -81,9 +81,10 @@ class Change:
 
 @dataclass(frozen=True)
 class Shift:
-    """How far the q-quantile of a metric moves, B - A, with its bootstrap interval (two-sided); unit of the metric.
+    """The shift of the q-quantile of a metric, B - A, with its bootstrap interval (two-sided), in the unit of the metric.
 
-    word: better or worse where the interval leaves 0 out, by itself and approximately; no verdict depends on it.
+    word: better or worse if the interval excludes 0, None if the metric has no better direction. It is approximate and not
+    adjusted for several metrics; no verdict depends on it.
     """
 
     metric: str
@@ -97,7 +98,7 @@ class Shift:
 
 @dataclass(frozen=True)
 class Discordant:
-    """A sample that tells A and B apart. lost, won: comparisons in which A alone, B alone succeeds."""
+    """A sample on which A and B differ. lost, won: comparisons in which A alone, B alone succeeds."""
 
     sample: int
     outcome_a: str
@@ -106,12 +107,12 @@ class Discordant:
     won: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """What B changes. a, b: the folders; n: pairs; differing: parts of the campaigns that differ, one line each.
+    """The comparison of two runs. a, b: the folders; n: pairs; differing: a line for each part in which the campaigns differ.
 
-    only_a, only_b: draws that one side alone has. discordant: the first of all `apart` samples that tell them apart, those that A
-    alone wins in front, each group from the worst one on.
+    only_a, only_b: draws that only A, only B has. discordant: the first of all `apart` samples on which A and B differ; samples
+    that succeed with A alone come first, and each group begins with its worst sample.
     """
 
     a: Path
@@ -130,14 +131,14 @@ class Comparison:
 
 
 def sides(folder: Path, other: Path | None = None, baseline: str | None = None) -> tuple[Path, Path]:
-    """The folders A and B: two that are given, or a baseline of a run (A) and the run (B). UsageError otherwise."""
+    """The folders A and B: two run folders, or a baseline of a run (A) and the run (B). UsageError otherwise."""
     if (other is None) == (baseline is None):
         raise UsageError("compare: give two run folders, A and B, or one folder and --baseline NAME")
     if other is not None:
         return folder, other
-    there = sorted(path.name for path in (folder / BASELINES).glob("*") if path.is_dir())
-    if baseline not in there:
-        accepted = ", ".join(there) or "none, this run has no baselines"
+    baselines = sorted(path.name for path in (folder / BASELINES).glob("*") if path.is_dir())
+    if baseline not in baselines:
+        accepted = ", ".join(baselines) or "none, this run has no baselines"
         raise UsageError(f"{folder}: no baseline {baseline!r}; accepted: {accepted}")
     return folder / BASELINES / str(baseline), folder
 
@@ -154,18 +155,18 @@ def compare(
 ) -> Comparison:
     """Compares run B, the change, with run A, the reference, sample by sample.
 
-    margin: how much smaller B's shares may be (0: no smaller). quantiles: metrics and quantiles beside `QUANTILES`. common:
-    folders of different size are compared in the samples that both have. shown: how many discordant samples are listed.
+    margin: how much smaller B's shares may be (0: no smaller). quantiles: further metrics and quantiles besides `QUANTILES`.
+    common: compare folders of different size on the samples that both have. shown: how many discordant samples are listed.
 
-    Errors: UsageError where a number is none of those accepted, samples are no independent draws, or draws differ, naming the
-    first columns that do; IncompleteError where samples are missing; FolderError where a folder is damaged.
+    Errors: UsageError if a number is out of range, the samples are not independent draws, or the draws differ (it names the
+    first columns); IncompleteError if samples are missing; FolderError if a folder is damaged.
     """
     _check(margin, confidence, quantiles)
     folders = folder_of(Path(a)), folder_of(Path(b))
     specs = campaign_of(folders[0]), campaign_of(folders[1])
     for folder, spec in zip(folders, specs, strict=True):
-        if not isinstance(basis := sampling_design_of(spec), Independent):
-            raise UsageError(f"{folder.path}: {basis.sentence}; accepted: runs with sampler: {{use: monte-carlo}}")
+        if not isinstance(design := sampling_design_of(spec), Independent):
+            raise UsageError(f"{folder.path}: {design.sentence}; accepted: runs with sampler: {{use: monte-carlo}}")
     requirements = _successes(specs[0])
     wanted: dict[tuple[str, float], None] = {}
 
@@ -178,19 +179,19 @@ def compare(
     changes = _changes(names, paired, margin, confidence)
     discordant, apart = _discordant(names, paired, shown)
     return Comparison(
-        folders[0].path,
-        folders[1].path,
-        paired.n,
-        (folders[0].requested, folders[1].requested),
-        confidence,
-        margin,
-        _differing(*specs),
-        paired.only_a,
-        paired.only_b,
-        changes,
-        tuple(_shift(name, q, paired, confidence) for name, q in wanted),
-        discordant,
-        apart,
+        a=folders[0].path,
+        b=folders[1].path,
+        n=paired.n,
+        requested=(folders[0].requested, folders[1].requested),
+        confidence=confidence,
+        margin=margin,
+        differing=_differing(*specs),
+        only_a=paired.only_a,
+        only_b=paired.only_b,
+        changes=changes,
+        shifts=tuple(_shift(name, q, paired, confidence) for name, q in wanted),
+        discordant=discordant,
+        apart=apart,
     )
 
 
@@ -205,10 +206,10 @@ def _check(margin: float, confidence: float, quantiles: Sequence[tuple[str, floa
 
 
 def _successes(spec: Spec) -> list[Requirement]:
-    """What a sample may succeed in: to be captured, and each requirement on a share, those that mean the same once."""
+    """The success conditions: captured, and each requirement on a share, without duplicates."""
     captured = Requirement(metric="captured", at_least=0.5)  # pyright: ignore[reportCallIssue]
-    kinds = {success_of(one): one for one in (captured, *spec.require) if not one.mean}
-    return list(kinds.values())
+    conditions = {success_of(requirement): requirement for requirement in (captured, *spec.require) if not requirement.mean}
+    return list(conditions.values())
 
 
 def _name(requirement: Requirement, columns: Mapping[str, Column]) -> str:
@@ -219,20 +220,20 @@ def _name(requirement: Requirement, columns: Mapping[str, Column]) -> str:
 def _wanted(
     first: Mapping[str, Column], second: Mapping[str, Column], quantiles: Sequence[tuple[str, float]]
 ) -> list[tuple[str, float]]:
-    """The quantiles to compare: the usual ones that both tables have, and those asked for."""
-    there = [name.removeprefix(METRIC) for name in first if name.startswith(METRIC) and name in second]
+    """The quantiles to compare: the standard ones that both tables have, and the requested ones."""
+    shared = [name.removeprefix(METRIC) for name in first if name.startswith(METRIC) and name in second]
     for name, _ in quantiles:
-        if name not in there:
-            raise UsageError(f"metric {name!r} is not in both tables; accepted: {', '.join(there)}")
-    return [(name, q) for name, q in (*QUANTILES, *quantiles) if name in there]
+        if name not in shared:
+            raise UsageError(f"metric {name!r} is not in both tables; accepted: {', '.join(shared)}")
+    return [(name, q) for name, q in (*QUANTILES, *quantiles) if name in shared]
 
 
 def _differing(a: Spec, b: Spec) -> tuple[str, ...]:
-    """What the campaigns say differently, one line each."""
+    """A line for each key in which the campaigns differ."""
     first, second = (dict(flat(spec.source.value, "")) for spec in (a, b))
     keys = [key for key in dict.fromkeys([*first, *second]) if first.get(key) != second.get(key)]
-    shown = [key for key in keys if key.split(".")[0] not in _ASIDE]
-    return tuple(f"{key}: A has {said(first, key)}, B has {said(second, key)}" for key in shown)
+    shown = [key for key in keys if key.split(".")[0] not in _NOT_COMPARED]
+    return tuple(f"{key}: A has {value_text(first, key)}, B has {value_text(second, key)}" for key in shown)
 
 
 # --- shares -----------------------------------------------------------------------------------------------------------
@@ -240,57 +241,67 @@ def _differing(a: Spec, b: Spec) -> tuple[str, ...]:
 
 def _changes(names: Sequence[str], paired: Paired, margin: float, confidence: float) -> tuple[Change, ...]:
     pairs = [stats.pairs_of(a, b) for a, b in zip(paired.a.success, paired.b.success, strict=True)]
-    exact = [float(stats.mcnemar(one.only_a, one.only_b)) for one in pairs]
+    exact = [float(stats.mcnemar(cells.only_a, cells.only_b)) for cells in pairs]
     adjusted = stats.holm(exact)
-    worse = stats.holm([_p_worse(one, margin) for one in pairs]) if margin else adjusted
+    worse = stats.holm([_p_worse(cells, margin) for cells in pairs]) if margin else adjusted
     numbers = zip(names, pairs, exact, adjusted.tolist(), worse.tolist(), strict=True)
-    return tuple(_change(*each, margin, confidence) for each in numbers)
-
-
-def _change(name: str, pairs: Pairs, exact: float, adjusted: float, worse: float, margin: float, confidence: float) -> Change:
-    turned = _turned(pairs)
-    word: Word = "no difference shown"
-    if adjusted <= 1 - confidence:
-        word = "better" if pairs.only_b > pairs.only_a else "worse"
-    if margin:
-        verdict = "PASS" if _not_worse(pairs, margin, confidence) else "FAIL" if worse <= 1 - confidence else "UNDECIDED"
-    else:
-        verdict = {"better": "PASS", "worse": "FAIL"}.get(word, "UNDECIDED")
-    score = stats.tango(turned, 2 * confidence - 1)
-    more = _more(pairs, margin, confidence) if verdict == "UNDECIDED" else None
-    return Change(
-        name,
-        pairs,
-        (pairs.both + pairs.only_a) / pairs.n,
-        (pairs.both + pairs.only_b) / pairs.n,
-        stats.newcombe(turned, confidence),
-        score,
-        exact,
-        float(stats.mcnemar(pairs.only_a, pairs.only_b, mid=True)),
-        adjusted,
-        float(stats.log_e_paired(pairs.only_a, pairs.only_b)),
-        _p_not_worse(pairs, margin) if margin else None,
-        worse if margin else None,
-        word,
-        verdict,  # pyright: ignore[reportArgumentType]
-        more,
-        _sentence(verdict, word, adjusted, score, margin, confidence, more),
+    return tuple(
+        _change(name, cells, margin, confidence, p_exact=p_exact, p_holm=p_holm, p_worse=p_worse)
+        for name, cells, p_exact, p_holm, p_worse in numbers
     )
 
 
-def _turned(pairs: Pairs) -> Pairs:
-    """B in the first place, so that a difference is B - A."""
+def _change(
+    name: str, pairs: Pairs, margin: float, confidence: float, *, p_exact: float, p_holm: float, p_worse: float
+) -> Change:
+    swapped = _swapped(pairs)
+    word: Word = "no difference shown"
+    if p_holm <= 1 - confidence:
+        word = "better" if pairs.only_b > pairs.only_a else "worse"
+    if margin:
+        verdict = "PASS" if _not_worse(pairs, margin, confidence) else "FAIL" if p_worse <= 1 - confidence else "UNDECIDED"
+    else:
+        verdict = {"better": "PASS", "worse": "FAIL"}.get(word, "UNDECIDED")
+    score = stats.tango(swapped, 2 * confidence - 1)
+    more = _more(pairs, margin, confidence) if verdict == "UNDECIDED" else None
+    outlook = _outlook(more) if verdict == "UNDECIDED" else ""
+    return Change(
+        name=name,
+        pairs=pairs,
+        share_a=(pairs.both + pairs.only_a) / pairs.n,
+        share_b=(pairs.both + pairs.only_b) / pairs.n,
+        difference=stats.newcombe(swapped, confidence),
+        score=score,
+        p_exact=p_exact,
+        p_mid=float(stats.mcnemar(pairs.only_a, pairs.only_b, mid=True)),
+        p_holm=p_holm,
+        log_e=float(stats.log_e_paired(pairs.only_a, pairs.only_b)),
+        p_not_worse=_p_not_worse(pairs, margin) if margin else None,
+        p_worse=p_worse if margin else None,
+        word=word,
+        verdict=verdict,  # pyright: ignore[reportArgumentType]
+        more=more,
+        text=f"{verdict}: {_finding(verdict, score, margin, confidence)}{_result(word, p_holm)}.{outlook}"
+        + (_HINT if verdict == "UNDECIDED" and not margin else ""),
+    )
+
+
+def _swapped(pairs: Pairs) -> Pairs:
+    """The pairs with B first, so that a difference is B - A."""
     return Pairs(pairs.both, pairs.only_b, pairs.only_a, pairs.neither)
 
 
 def _p_not_worse(pairs: Pairs, margin: float) -> float:
     """p-value of "P(B succeeds) <= P(A succeeds) - margin"."""
-    return stats.noninferiority(_turned(pairs), margin)
+    return stats.noninferiority(_swapped(pairs), margin)
 
 
 def _p_worse(pairs: Pairs, margin: float) -> float:
-    """p-value of "P(B succeeds) > P(A succeeds) - margin"; where no sample succeeds with B alone at least the exact one of
-    "P(only A succeeds) <= margin", P(X >= only A) with X ~ Bin(n, margin)."""
+    """p-value of "P(B succeeds) > P(A succeeds) - margin".
+
+    If no sample succeeds with B alone, it is at least the exact p-value of "P(only A succeeds) <= margin", P(X >= only A) with
+    X ~ Bin(n, margin).
+    """
     p = 1.0 - _p_not_worse(pairs, margin)
     if pairs.only_b or not pairs.only_a:
         return p
@@ -298,14 +309,14 @@ def _p_worse(pairs: Pairs, margin: float) -> float:
 
 
 def _not_worse(pairs: Pairs, margin: float, confidence: float) -> bool:
-    """Whether B is shown not to be worse by more than the margin."""
+    """Whether the samples show that B is not worse by more than the margin."""
     if not pairs.only_b and stats.clopper_pearson_upper(pairs.only_a, pairs.n, confidence) > margin:
         return False
     return _p_not_worse(pairs, margin) <= 1 - confidence
 
 
 def _more(pairs: Pairs, margin: float, confidence: float) -> int | None:
-    """Roughly how many samples more would decide if all shares stayed as they are; None above `MANY`."""
+    """Roughly how many further samples would decide if all shares stayed the same; None above `MANY`."""
 
     def decided(n: int) -> bool:
         grown = Pairs(*(round(cell * n / pairs.n) for cell in pairs))
@@ -324,27 +335,37 @@ def _more(pairs: Pairs, margin: float, confidence: float) -> int | None:
     return high - pairs.n
 
 
-def _sentence(verdict: str, word: Word, p: float, score: Estimate, margin: float, confidence: float, more: int | None) -> str:
-    sure = f"with {100 * confidence:.6g} % confidence"
-    told = f"{word} (p {_equals(p)})" if word == "no difference shown" else f"significantly {word} (p {_equals(p)})"
-    outlook = "" if verdict != "UNDECIDED" else " No number of samples would decide if the shares stayed the same."
-    if more is not None:
-        outlook = f" About {more:,} more samples would decide if the shares stayed the same."
+_HINT = " Use --margin to set how much worse is acceptable."
+
+
+def _finding(verdict: str, score: Estimate, margin: float, confidence: float) -> str:
+    """Whether B is worse by more than the margin, and the difference that shows it; empty without a margin."""
     if not margin:
-        hint = " --margin says how much worse would do." if verdict == "UNDECIDED" else ""
-        return f"{verdict}: {told}.{outlook}{hint}"
-    most = f"{100 * margin:.6g} %"
+        return ""
+    most, certainty = f"{100 * margin:.6g} %", f"with {100 * confidence:.6g} % confidence"
     low, high = (f"{100 * end:+.3g} %".replace("-", "−") for end in (score.low, score.high))
-    said = {
-        "PASS": f"not worse by more than {most}: the difference is at least {low}",
-        "FAIL": f"worse by more than {most}: the difference is at most {high}",
-        "UNDECIDED": f"not shown to be worse by more than {most}, or not to be: the difference is from {low} to {high}, each end",
+    return {
+        "PASS": f"B is not worse by more than {most}: the difference is at least {low} {certainty}; ",
+        "FAIL": f"B is worse by more than {most}: the difference is at most {high} {certainty}; ",
+        "UNDECIDED": f"the samples do not show whether B is worse by more than {most}: the difference is at least {low} and "
+        f"at most {high}, each {certainty}; ",
     }[verdict]
-    return f"{verdict}: {said} {sure}; {told}.{outlook}"
+
+
+def _result(word: Word, p: float) -> str:
+    """The result of McNemar's test in words. p: adjusted."""
+    result = "no difference is shown" if word == "no difference shown" else f"B is significantly {word}"
+    return f"{result} (p {_equals(p)})"
+
+
+def _outlook(more: int | None) -> str:
+    """How many further samples would decide."""
+    decide = "More samples would not decide" if more is None else f"About {more:,} more samples would decide"
+    return f" {decide} if the shares stayed the same."
 
 
 def p_value(p: float) -> str:
-    """Two digits; what underflows is said to be small."""
+    """The p-value to two digits; below 1e-300 it prints as <1e-300."""
     return f"{p:.2g}" if p >= 1e-300 else "<1e-300"
 
 
@@ -360,17 +381,17 @@ def _shift(name: str, q: float, paired: Paired, confidence: float) -> Shift:
     column = paired.a.columns[metric_column(name)]
     shift = stats.quantile_shift(a, b, q, confidence, rng=np.random.Generator(np.random.Philox(key=SEED)))
     rank = stats.quantile_rank(paired.n, q)
-    before, after = (float(np.partition(side, rank)[rank]) for side in (a, b))
+    before, after = (float(np.partition(values, rank)[rank]) for values in (a, b))
     word: Word | None = None
     if column.better and (shift.low > 0 or shift.high < 0):
         word = "better" if (shift.low > 0) == (column.better == "higher") else "worse"
     elif column.better:
         word = "no difference shown"
-    return Shift(name, q, column.unit, before, after, shift, word)
+    return Shift(metric=name, q=q, unit=column.unit, a=before, b=after, shift=shift, word=word)
 
 
 def _discordant(names: Sequence[str], paired: Paired, shown: int) -> tuple[tuple[Discordant, ...], int]:
-    """The first samples that tell A from B, and how many there are."""
+    """The first samples on which A and B differ, and how many there are."""
     both = list(zip(names, paired.a.success, paired.b.success, strict=True))
     lost = np.any([a & ~b for _, a, b in both], axis=0)
     won = np.any([b & ~a for _, a, b in both], axis=0)
@@ -380,11 +401,11 @@ def _discordant(names: Sequence[str], paired: Paired, shown: int) -> tuple[tuple
         order += samples[worst_first(side.rows(samples), side.columns)].tolist()
     listed = tuple(
         Discordant(
-            sample,
-            OUTCOMES[paired.a.outcome[sample]],
-            OUTCOMES[paired.b.outcome[sample]],
-            tuple(name for name, a, b in both if a[sample] and not b[sample]),
-            tuple(name for name, a, b in both if b[sample] and not a[sample]),
+            sample=sample,
+            outcome_a=OUTCOMES[paired.a.outcome[sample]],
+            outcome_b=OUTCOMES[paired.b.outcome[sample]],
+            lost=tuple(name for name, a, b in both if a[sample] and not b[sample]),
+            won=tuple(name for name, a, b in both if b[sample] and not a[sample]),
         )
         for sample in order[:shown]
     )

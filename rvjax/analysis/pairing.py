@@ -1,7 +1,7 @@
-"""Pairing: the samples of two run folders side by side, once their draws have been found to be the same, bit for bit.
+"""Pairing: the samples of two run folders side by side, after a check that their draws are the same, bit for bit.
 
-Both folders are read chunk by chunk, whatever the size of their chunks; draws are compared and let go, and of everything else
-only what a comparison looks at is kept: about 100 bytes a pair.
+Both folders are read chunk by chunk; their chunks may differ in size. Only the values that a comparison needs stay in memory,
+about 100 bytes a pair; draws are compared and dropped.
 """
 
 # pyright: reportMissingTypeStubs=false
@@ -26,21 +26,21 @@ from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.run_folder import OUTCOMES, RunFolder
 
 BLOCK = 16_384
-"""Rows that are read of each folder before they are compared and let go."""
-
+"""Rows of each folder that are compared at a time."""
 
 NAMED = 3
-"""Columns that a refusal names."""
+"""The largest number of differing columns that an error names."""
 
 RANKED = ("outcome_time_s", metric_column("window_position_error_m"), metric_column("settling_time_s"))
-"""What decides, beside the outcome, which of two samples is worse."""
+"""Columns that decide, after the outcome, which of two samples is worse."""
 
 
 @dataclass
 class Side:
-    """What is kept of one folder, row by row of the common samples.
+    """The data of a single folder that a comparison needs; n common samples.
 
-    success: (n,) by the number of the requirement. values: (n,) by metric, in SI, the worst value where not finite.
+    outcome: (n,) index into `OUTCOMES`. success: (n,) for each requirement. values: (n,) by metric, in SI; a sample that is not
+    finite has the worst value. ranked: (n,) by column of `RANKED`.
     """
 
     columns: dict[str, Column]
@@ -50,14 +50,14 @@ class Side:
     ranked: dict[str, NDArray[np.float64]] = field(default_factory=dict[str, NDArray[np.float64]])
 
     def rows(self, samples: NDArray[np.int64]) -> pd.DataFrame:
-        """The columns of some samples that say which of them is worse."""
+        """A table of some samples with the columns that rank them from worst to best."""
         outcome = np.array(OUTCOMES, dtype=object)[self.outcome[samples]]
         return pd.DataFrame({"sample": samples, "outcome": outcome} | {name: x[samples] for name, x in self.ranked.items()})
 
 
 @dataclass(frozen=True)
 class Paired:
-    """Two folders on the same draws. only_a, only_b: draws that the other one does not have, by name without `draw.`."""
+    """Two folders on the same draws. only_a, only_b: draws that only A, only B has, without `draw.` in their names."""
 
     n: int
     a: Side
@@ -67,7 +67,7 @@ class Paired:
 
 
 class _Reader:
-    """The rows of a folder in the order of their samples, as many at a time as are asked for."""
+    """Reads the rows of a folder in the order of their samples, any number at a time."""
 
     def __init__(self, folder: RunFolder) -> None:
         self.path = folder.path
@@ -78,26 +78,28 @@ class _Reader:
 
     @property
     def columns(self) -> dict[str, Column]:
-        """The meaning of every column."""
+        """Unit and description of every column."""
         return self._ledger.columns
 
-    def _read(self, many: int) -> None:
+    def _read(self, count: int) -> None:
         parts = [self._left] if len(self._left) else []
-        there = len(self._left)
-        while there < many and (table := next(self._tables, None)) is not None:
+        rows = len(self._left)
+        while rows < count and (table := next(self._tables, None)) is not None:
             chunk, frame, columns = table
             before = self._ledger.n
             self._ledger.add(chunk, frame, columns)
             if frame["sample"].iloc[0] != before or set(frame["outcome"]) - set(OUTCOMES):
-                raise FolderError(f"{self.path}: chunk {chunk} has other samples or outcomes than it should; fly it again")
+                raise FolderError(
+                    f"{self.path}: chunk {chunk} has wrong sample numbers or unknown outcomes; fly the campaign again"
+                )
             parts.append(frame)
-            there += len(frame)
+            rows += len(frame)
         self._left = pd.concat(parts, ignore_index=True) if len(parts) > 1 else parts[0]
 
-    def take(self, many: int) -> pd.DataFrame:
-        """The next rows."""
-        self._read(many)
-        taken, self._left = self._left.iloc[:many], self._left.iloc[many:]
+    def take(self, count: int) -> pd.DataFrame:
+        """The next `count` rows."""
+        self._read(count)
+        taken, self._left = self._left.iloc[:count], self._left.iloc[count:]
         return taken.reset_index(drop=True)
 
 
@@ -110,11 +112,11 @@ def pair(
 ) -> Paired:
     """The samples that both folders have, side by side.
 
-    requirements: of which each side's successes are kept. metrics: of the columns of both sides, the names of the metrics whose
-    values are kept. common: whether folders of different size may be compared at all.
+    requirements: the successes of each side are kept for these. metrics: takes the columns of both sides and returns the names
+    of the metrics whose values are kept. common: compare folders of different size on the samples that both have.
 
-    Errors: UsageError where the numbers of samples or the draws differ, naming the first columns that do, or a metric is not
-    there; IncompleteError where samples are missing; FolderError where a folder is damaged.
+    Errors: UsageError if the numbers of samples or the draws differ (it names the first columns), or a metric is missing;
+    IncompleteError if samples are missing; FolderError if a folder is damaged.
     """
     n = _size(a, b, common)
     readers = _Reader(a), _Reader(b)
@@ -122,19 +124,19 @@ def pair(
     drawn = [drawn_columns(reader.columns) for reader in readers]
     shared = [name for name in drawn[0] if name in drawn[1]]
     if not shared and any(drawn):
-        raise UsageError(f"{a.path} and {b.path}: no draw in common, so nothing shows that their samples are the same ones")
+        raise UsageError(f"{a.path} and {b.path}: no draw in common, so nothing shows that their samples are the same")
     sides = [_empty(reader.columns, n, len(requirements), names) for reader in readers]
     for first in range(0, n, BLOCK):
         frames = [reader.take(min(BLOCK, n - first)) for reader in readers]
         _same_draws(a, b, frames[0], frames[1], shared)
         for side, frame in zip(sides, frames, strict=True):
             _keep(side, slice(first, first + len(frame)), frame, requirements, sides[0].columns)
-    lone = [tuple(name.removeprefix(DRAW) for name in own if name not in shared) for own in drawn]
-    return Paired(n, sides[0], sides[1], lone[0], lone[1])
+    unshared = [tuple(name.removeprefix(DRAW) for name in names if name not in shared) for names in drawn]
+    return Paired(n, sides[0], sides[1], only_a=unshared[0], only_b=unshared[1])
 
 
 def _size(a: RunFolder, b: RunFolder, common: bool) -> int:
-    """How many samples both have."""
+    """The number of samples that both folders have."""
     for folder in (a, b):
         if missing := folder.requested - sum(chunk.count for chunk in folder.chunks):
             raise IncompleteError(
@@ -149,46 +151,46 @@ def _size(a: RunFolder, b: RunFolder, common: bool) -> int:
 
 
 def _same_draws(a: RunFolder, b: RunFolder, first: pd.DataFrame, second: pd.DataFrame, columns: Sequence[str]) -> None:
-    """UsageError unless the columns of two tables are the same, bit for bit."""
+    """UsageError unless the given columns of two tables are the same, bit for bit."""
     differing: list[str] = []
     for name in columns:
-        one, other = first[name].to_numpy(), second[name].to_numpy()
-        apart = np.flatnonzero(_apart(one, other))
-        if apart.size:
-            at = apart[0]
-            differing.append(f"{name} (sample {first['sample'].iloc[at]}: {one[at]!s} and {other[at]!s})")
+        x, y = first[name].to_numpy(), second[name].to_numpy()
+        rows = np.flatnonzero(_differ(x, y))
+        if rows.size:
+            row = rows[0]
+            differing.append(f"{name} (sample {first['sample'].iloc[row]}: {x[row]!s} and {y[row]!s})")
     if differing:
         rest = f" and {len(differing) - NAMED} more" if len(differing) > NAMED else ""
         raise UsageError(
-            f"{a.path} and {b.path} are not on the same draws: {', '.join(differing[:NAMED])}{rest} differ; accepted: runs of "
-            "one seed and one set of dispersions, which may have other controllers"
+            f"{a.path} and {b.path} are not on the same draws: {', '.join(differing[:NAMED])}{rest} differ; accepted: runs with "
+            "the same seed and dispersions; their controllers may differ"
         )
 
 
-def _apart(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.bool_]:
-    """(n,) where two columns differ in a bit."""
-    if one.dtype != other.dtype:
-        return np.ones(len(one), dtype=bool)
-    if one.dtype == object:
-        return one != other
-    bits = [np.ascontiguousarray(x).view(np.uint8).reshape(len(x), -1) for x in (one, other)]
+def _differ(x: NDArray[Any], y: NDArray[Any]) -> NDArray[np.bool_]:
+    """(n,) where two columns differ in any bit."""
+    if x.dtype != y.dtype:
+        return np.ones(len(x), dtype=bool)
+    if x.dtype == object:
+        return x != y
+    bits = [np.ascontiguousarray(column).view(np.uint8).reshape(len(column), -1) for column in (x, y)]
     return (bits[0] != bits[1]).any(axis=1)
 
 
 def _empty(columns: Mapping[str, Column], n: int, requirements: int, names: Sequence[str]) -> Side:
     return Side(
-        dict(columns),
-        np.empty(n, dtype=np.int8),
-        [np.empty(n, dtype=bool) for _ in range(requirements)],
-        {name: np.empty(n) for name in names},
-        {name: np.empty(n) for name in RANKED if name in columns},
+        columns=dict(columns),
+        outcome=np.empty(n, dtype=np.int8),
+        success=[np.empty(n, dtype=bool) for _ in range(requirements)],
+        values={name: np.empty(n) for name in names},
+        ranked={name: np.empty(n) for name in RANKED if name in columns},
     )
 
 
 def _keep(
     side: Side, rows: slice, frame: pd.DataFrame, requirements: Sequence[Requirement], columns: Mapping[str, Column]
 ) -> None:
-    """Enters a block of rows. columns: whose sense of better is the one of both sides."""
+    """Enters a block of rows. columns: of side A; they say for both sides whether a metric should be small or large."""
     outcome = frame["outcome"].to_numpy()
     for code, name in enumerate(OUTCOMES):
         side.outcome[rows][outcome == name] = code
@@ -202,14 +204,14 @@ def _keep(
 
 
 def folder_of(path: Path) -> RunFolder:
-    """The run folder, or UsageError where there is nothing at all."""
+    """Opens a run folder; UsageError if the path does not exist."""
     if not path.exists():
-        raise UsageError(f"{path}: no such folder; accepted: a run folder, as `rvjax run` makes it")
+        raise UsageError(f"{path}: no such folder; accepted: a run folder, written by `rvjax run`")
     return RunFolder.open(path)
 
 
 def flat(value: Any, place: str) -> Iterator[tuple[str, Any]]:
-    """Every plain value of a campaign by its place."""
+    """Every scalar of a campaign with its dotted path."""
     if is_mapping(value) or is_list(value):
         for key, part in value.items() if is_mapping(value) else enumerate(value):
             yield from flat(part, f"{place}.{key}".lstrip("."))
@@ -217,6 +219,6 @@ def flat(value: Any, place: str) -> Iterator[tuple[str, Any]]:
         yield place, value
 
 
-def said(values: Mapping[str, Any], key: str) -> str:
-    """A value of a campaign, or that it says nothing there."""
+def value_text(values: Mapping[str, Any], key: str) -> str:
+    """The value of a campaign key as text; "nothing" if the key is absent."""
     return f"{values[key]}" if key in values else "nothing"

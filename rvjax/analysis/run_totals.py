@@ -1,8 +1,8 @@
-"""Totals: what a report and a verdict need of the samples, folded from the chunks' tables in bounded memory.
+"""Totals: what the report and the verdicts need of the samples, accumulated chunk by chunk in bounded memory.
 
-Counts are added, extremes compared, distributions are sketches, and the few rows that are kept whole are chosen by their
-contents or their numbers. So nothing depends on the order in which the chunks come, and ten million samples take no more room
-than twenty thousand. A value that is not a number counts as the worst one.
+Totals keep counts, extremes, sketches of distributions, and a few whole rows, which are chosen by their contents or their
+numbers. So the order of the chunks does not matter, and ten million samples take no more memory than twenty thousand. A value
+that is not a number counts as the worst value.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from rvjax.stats import quantile_rank
 from rvjax.stats.quantile_sketch import Sketch
 
 HEAD = 25
-"""The samples of the first so many chunks are kept whole; they are drawn like all others."""
+"""The number of first chunks whose samples are kept whole; their draws are as random as all others."""
 
 AT_ONCE = 40
-"""Chunks that are sketched together: a sketch takes in many numbers nearly as fast as few."""
+"""Chunks that are added to the sketches together, since a sketch adds many numbers nearly as fast as few."""
 
 WORST = 10
-"""So many of the worst samples are kept whole, more where more of their flights are to be kept."""
+"""The number of worst samples that are kept whole; more if the campaign keeps more of their flights."""
 
 PERCENTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-"""Of the settling time: flights that a campaign may keep."""
+"""Percentiles of the settling time whose flights a campaign may keep."""
 
 SETTLING = "settling_time_s"
 
@@ -40,7 +40,7 @@ _RANK = {"not_finite": 0, "not_settled": 1, "captured": 2}
 
 
 class Ledger:
-    """Which samples there are and how each ended: every sample once, every chunk with the same columns."""
+    """The samples that were added, and their outcomes. Every sample is there once, and all chunks have the same columns."""
 
     def __init__(self) -> None:
         self.columns: dict[str, Column] = {}
@@ -52,7 +52,7 @@ class Ledger:
     def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
         """Enters the samples of a chunk.
 
-        FolderError where its columns are not those of the others, or where it or one of its samples has been entered before.
+        FolderError if its columns differ from the other chunks, or if the chunk or any of its samples was entered before.
         """
         sample = frame["sample"].to_numpy()
         if not sample.size or sample[0] < 0 or not np.array_equal(sample, sample[0] + np.arange(sample.size)):
@@ -61,10 +61,10 @@ class Ledger:
             self._compare(chunk, columns)
         first, behind = int(sample[0]), int(sample[-1]) + 1
         place = bisect_left(self._spans, (first, behind))
-        beside = self._spans[max(place - 1, 0) : place + 1]
-        if chunk in self._chunks or any(first < end and start < behind for start, end in beside):
+        neighbours = self._spans[max(place - 1, 0) : place + 1]
+        if chunk in self._chunks or any(first < end and start < behind for start, end in neighbours):
             raise FolderError(
-                f"chunk {chunk}: it, or one of its samples {first} to {behind - 1}, is there twice; "
+                f"chunk {chunk}: the chunk, or a sample from {first} to {behind - 1}, is there twice; "
                 "fly the campaign again with another --out"
             )
         self.columns = self.columns or dict(columns)
@@ -88,7 +88,7 @@ class Ledger:
         return [sample for first, behind in self._spans for sample in range(first, behind)]
 
     def account(self, requested: int) -> Account:
-        """How many of the requested samples ended how, and how many are missing; FolderError where one was never requested."""
+        """The outcomes of the requested samples, and how many are missing. FolderError if a sample was never requested."""
         if self._spans and self._spans[-1][1] > requested:
             raise FolderError(
                 f"chunk with sample {self._spans[-1][1] - 1}: only {requested} samples were requested; "
@@ -99,7 +99,7 @@ class Ledger:
 
 
 class Totals:
-    """The fold of a run's samples. keep: which flights are to be kept, and so which samples have to be remembered."""
+    """The totals of a run. keep: the flights that the campaign keeps; it decides which samples are remembered."""
 
     def __init__(self, keep: Keep | None = None) -> None:
         self.keep = keep or Keep()
@@ -113,9 +113,9 @@ class Totals:
         self._waiting: list[pd.DataFrame] = []
 
     def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-        """Takes in the table of one chunk, which must not be changed afterwards.
+        """Adds the table of a chunk; the table must not be changed afterwards.
 
-        FolderError where its columns are not those of the others, or where it or one of its samples was taken in before.
+        FolderError if its columns differ from the other chunks, or if the chunk or any of its samples was added before.
         """
         self._ledger.add(chunk, frame, columns)
         if chunk < HEAD:
@@ -125,7 +125,7 @@ class Totals:
             self._take_in()
 
     def _take_in(self) -> None:
-        """Folds the tables that are waiting."""
+        """Adds the waiting tables to the totals."""
         if not self._waiting:
             return
         frame = pd.concat(self._waiting, ignore_index=True)
@@ -137,9 +137,9 @@ class Totals:
             elif kind == "draw" and pd.api.types.is_numeric_dtype(frame[name]):
                 drawn = frame[name].to_numpy(dtype=float)
                 low, high = self._reach.get(path, (math.inf, -math.inf))
-                finite = drawn[drawn < math.inf]  # a fault that never begins has no time
+                finite = drawn[drawn < math.inf]  # the onset of a fault that never begins is inf
                 low, high = finite.min(initial=low), finite.max(initial=high)
-                self._reach[path] = float(low) + 0.0, float(high) + 0.0  # + 0.0: there is one zero
+                self._reach[path] = float(low) + 0.0, float(high) + 0.0  # + 0.0 turns −0.0 into 0.0
         if "outcome_time_s" in frame:
             lost = frame.loc[frame["outcome"] == "not_finite", "outcome_time_s"].to_numpy(dtype=float)
             self._lost.add(np.where(np.isnan(lost), math.inf, lost))
@@ -152,17 +152,17 @@ class Totals:
 
     @property
     def n(self) -> int:
-        """How many samples have been taken in."""
+        """The number of samples."""
         return self._ledger.n
 
     @property
     def columns(self) -> dict[str, Column]:
-        """The meaning of every column."""
+        """Unit and description of every column."""
         return self._ledger.columns
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many samples ended so, by outcome."""
+        """The number of samples by outcome."""
         return self._ledger.counts
 
     @property
@@ -173,13 +173,13 @@ class Totals:
 
     @property
     def reach(self) -> dict[str, tuple[float, float]]:
-        """Smallest and largest finite value of every numeric draw (+∞, −∞ without one), by its path, in column order."""
+        """Smallest and largest finite value of every numeric draw, by its path, in column order; (+∞, −∞) if none is finite."""
         self._take_in()
         return self._reach
 
     @property
     def lost(self) -> Sketch:
-        """When the samples ended that are not finite, in seconds."""
+        """The times at which the not finite samples ended, in s."""
         self._take_in()
         return self._lost
 
@@ -191,14 +191,14 @@ class Totals:
 
     @property
     def head(self) -> pd.DataFrame:
-        """The rows of the first chunks, sample by sample; empty where none of them is there."""
+        """The rows of the first chunks in the order of the samples; empty if none of these chunks was added."""
         if not self._head:
             return self.worst.iloc[:0]
         return pd.concat(self._head, ignore_index=True).sort_values("sample", ignore_index=True)
 
     @property
     def failed(self) -> NDArray[np.int64]:
-        """The numbers of all samples that are not captured, ascending; remembered only where `keep` asks for them."""
+        """The numbers of all samples that are not captured, ascending; empty unless `keep.failed`."""
         self._take_in()
         return np.sort(np.concatenate([np.empty(0, np.int64), *self._failed]))
 
@@ -208,46 +208,46 @@ class Totals:
         return self._ledger.samples()
 
     def account(self, requested: int) -> Account:
-        """How many of the requested samples ended how, and how many are missing; FolderError where one was never requested."""
+        """The outcomes of the requested samples, and how many are missing. FolderError if a sample was never requested."""
         return self._ledger.account(requested)
 
 
 def wanted(totals: Totals) -> Sequence[int]:
-    """The samples whose flights are to be kept by `totals.keep`, ascending."""
+    """The samples whose flights `totals.keep` keeps, ascending."""
     keep, head = totals.keep, totals.head
     if keep.all:
         return totals.samples
-    found = {*totals.worst["sample"].iloc[: keep.worst].tolist()} if totals.n else set[int]()
-    found.update(totals.failed.tolist())
+    samples = {*totals.worst["sample"].iloc[: keep.worst].tolist()} if totals.n else set[int]()
+    samples.update(totals.failed.tolist())
     if keep.percentiles and len(head) and SETTLING in totals.metrics:
         order = np.argsort(metric(head, SETTLING, totals.columns), kind="stable")
-        at = [order[quantile_rank(len(head), q)] for q in PERCENTILES]
-        found.update(head["sample"].iloc[at].tolist())
-    return sorted(found)
+        rows = [order[quantile_rank(len(head), q)] for q in PERCENTILES]
+        samples.update(head["sample"].iloc[rows].tolist())
+    return sorted(samples)
 
 
 def worst_first(frame: pd.DataFrame, columns: Mapping[str, Column]) -> list[int]:
-    """Places of a table's rows from the worst sample to the best.
+    """The row indices of a table from the worst sample to the best.
 
-    Not finite first, the earliest leading; then not settled, by worst position error over the closing window; then captured,
-    by settling time; where they tie, by sample.
+    Not finite samples come first, in the order of their times; then not settled ones by the largest position error over the
+    closing window; then captured ones by settling time. Ties go by sample number.
     """
-    place = np.array([_RANK.get(str(outcome), 0) for outcome in frame["outcome"]])
-    keys = pd.DataFrame({"class": place, "sample": frame["sample"].to_numpy()})
+    rank = np.array([_RANK.get(str(outcome), 0) for outcome in frame["outcome"]])
+    keys = pd.DataFrame({"class": rank, "sample": frame["sample"].to_numpy()})
     for key, name in (("window", "window_position_error_m"), ("settling", SETTLING)):
         keys[key] = -metric(frame, name, columns) if metric_column(name) in frame else 0.0
     time = frame["outcome_time_s"].to_numpy() if "outcome_time_s" in frame else 0.0
-    keys["time"] = np.where(place == 0, time, 0.0)
-    keys["window"] = keys["window"].where(place == 1, 0.0)
+    keys["time"] = np.where(rank == 0, time, 0.0)
+    keys["window"] = keys["window"].where(rank == 1, 0.0)
     return keys.sort_values(["class", "time", "window", "settling", "sample"], kind="stable").index.tolist()
 
 
 def metric(frame: pd.DataFrame, name: str, columns: Mapping[str, Column]) -> NDArray[np.float64]:
-    """(n,) values of a metric in SI; NaN, as of a sample that ended not finite, is replaced by the worst value."""
+    """(n,) values of a metric in SI. NaN, the value of a not finite sample, is replaced by the worst value."""
     values = frame[metric_column(name)].to_numpy(dtype=float)
     return np.where(np.isnan(values), worst_value(columns.get(metric_column(name))), values)
 
 
 def worst_value(column: Column | None) -> float:
-    """+inf where lower is better or nothing is said, -inf where higher is better."""
+    """The worst value of a metric: -inf if higher is better, otherwise +inf."""
     return -math.inf if column is not None and column.better == "higher" else math.inf

@@ -1,8 +1,8 @@
-"""How many samples a requirement needs, and how it will fare with them: exact, before anything flies.
+"""The number of samples a requirement needs, and its chances to pass: exact, before any flight.
 
 samples            smallest n with which k failures pass, k = 0, 1, …      P(X ≤ k) ≤ 1 − confidence, X ~ Bin(n, 1 − p₀)
-chances            P(PASS), P(FAIL), P(UNDECIDED) at a true share p; 1 − P(PASS) is the producer's risk where p is enough
-expected samples   of a sequential method that is looked at after every chunk
+chances            P(PASS), P(FAIL), P(UNDECIDED) at a true share p; 1 − P(PASS) is the producer's risk if p meets the limit
+expected samples   of a sequential method, tested after every chunk
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ if TYPE_CHECKING:
     from rvjax.stats import Boundary
 
 FAILURES = (0, 1, 2, 3, 4, 5, 10)
-"""Allowed failures of the first table."""
+"""Numbers of allowed failures in the first table."""
 
 PARTS = (0.5, 0.25, 0.1)
-"""True failure rates that are shown where none is given, as parts of the one that is allowed."""
+"""Default true failure rates, as parts of the allowed failure rate."""
 
 MOST_FAILURES = 2_000
-"""Allowed failures up to which a plan with the wanted power is looked for."""
+"""The largest number of allowed failures in the search for a plan with the required power."""
 
 BUDGET = 100_000
-"""Samples after which a sequential method counts as undecided, where the campaign does not say."""
+"""Samples after which a sequential method counts as undecided, outside of a campaign."""
 
 
 class Fate(NamedTuple):
-    """The chances of a verdict."""
+    """The probabilities of the three verdicts."""
 
     passes: float
     fails: float
@@ -42,16 +42,16 @@ class Fate(NamedTuple):
 
 @dataclass(frozen=True)
 class Fixed:
-    """n samples, of which up to `failures` may fail for PASS; chances: at each true share."""
+    """A fixed number of samples n: PASS with up to `failures` failures. chances: at each true share."""
 
     failures: int
     n: int
     chances: tuple[Fate, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Running:
-    """A sequential method at a true share, looked at after every chunk of `every` samples, at most `budget`."""
+    """A method at a true share, tested after every `every` samples, up to `budget`. samples: expected number."""
 
     method: str
     true: float
@@ -65,8 +65,11 @@ class Running:
 
 @dataclass(frozen=True)
 class Plan:
-    """limit: the share that has to comply. trues: the true shares that everything is shown for. enough: the smallest fixed plan
-    with the wanted power at the first of them, None where there is none below `MOST_FAILURES` allowed failures."""
+    """A plan of samples for a required share.
+
+    limit: the required share. trues: the assumed true shares. enough: the smallest fixed plan with the required power at the
+    first true share, None if it needs more than `MOST_FAILURES` allowed failures.
+    """
 
     limit: float
     confidence: float
@@ -87,8 +90,11 @@ def plan(
     every: int = 416,
     budget: int = BUDGET,
 ) -> Plan:
-    """The plan of a requirement on a share. limit: required. trues: shares that may be true, above it; by default three of them.
-    expected: of an SPRT, which is shown where it is given. UsageError names every number that is none."""
+    """The plan of samples for a requirement on a share.
+
+    limit: the required share. trues: assumed true shares above the limit, three by default. expected: the better share of an
+    SPRT, which is shown only with this number. UsageError names every number out of range.
+    """
     _check(limit, confidence, trues, power, expected)
     shown = _shown(limit, trues)
     fixed = tuple(_fixed(limit, confidence, k, shown) for k in FAILURES)
@@ -98,18 +104,18 @@ def plan(
     if expected is not None:
         boundary = sprt_boundary(schedule(budget, every), limit, expected, 1 - confidence, 1 - power)
         running += [_running("sprt", boundary, p, every, budget) for p in shown]
-    return Plan(limit, confidence, power, shown, fixed, _enough(limit, confidence, shown, power), tuple(running))
+    enough = _enough(limit, confidence, shown, power)
+    return Plan(limit, confidence, power, trues=shown, fixed=fixed, enough=enough, running=tuple(running))
 
 
 def of_requirement(requirement: Requirement, samples: int, trues: Sequence[float], every: int) -> tuple[Running, ...]:
-    """What comes of a requirement of a campaign with its own method and number of samples, at shares that may be true."""
+    """The chances of a campaign's requirement with its method and number of samples, at assumed true shares."""
     limit, confidence = requirement.limit, requirement.confidence
     shown = _shown(limit, trues)
     if requirement.mean:
-        raise UsageError(f"{title(requirement)}: what comes of a mean depends on its law; accepted: requirements on shares")
+        raise UsageError(f"{title(requirement)}: the chances of a mean depend on its law; accepted: requirements on shares")
     if requirement.method == "fixed":
-        found = [(p, _fate(samples, limit, confidence, p)) for p in shown]
-        return tuple(Running("fixed", p, samples, samples, *one, float(samples)) for p, one in found)
+        return tuple(_judged_once(samples, limit, confidence, p) for p in shown)
     looks = schedule(samples, every)
     if requirement.method == "sequential":
         boundary = e_boundary(looks, limit, 1 - confidence)
@@ -119,7 +125,7 @@ def of_requirement(requirement: Requirement, samples: int, trues: Sequence[float
 
 
 def _shown(limit: float, trues: Sequence[float]) -> tuple[float, ...]:
-    """The true shares to show everything for."""
+    """The true shares that the plan assumes."""
     return tuple(trues) or tuple(1.0 - part * (1.0 - limit) for part in PARTS)
 
 
@@ -129,12 +135,17 @@ def _fixed(limit: float, confidence: float, failures: int, trues: Sequence[float
 
 
 def _fate(n: int, limit: float, confidence: float, true: float) -> Fate:
-    found = verdict_chances(n, limit, confidence, true)
-    return Fate(float(found.passes), float(found.fails), float(found.undecided))
+    chances = verdict_chances(n, limit, confidence, true)
+    return Fate(float(chances.passes), float(chances.fails), float(chances.undecided))
+
+
+def _judged_once(n: int, limit: float, confidence: float, true: float) -> Running:
+    fate = _fate(n, limit, confidence, true)
+    return Running(method="fixed", true=true, every=n, budget=n, **fate._asdict(), samples=float(n))
 
 
 def _enough(limit: float, confidence: float, trues: Sequence[float], power: float) -> Fixed | None:
-    """The first k whose plan passes with the power at the first true share; the chance rises with k but for small waves."""
+    """The plan with the fewest failures k that has the power at the first true share; power rises with k, but for small waves."""
     low, high = 0, 1
     while high <= MOST_FAILURES and _passes(limit, confidence, high, trues[0]) < power:
         low, high = high, 2 * high
@@ -149,8 +160,17 @@ def _passes(limit: float, confidence: float, failures: int, true: float) -> floa
 
 
 def _running(method: str, boundary: Boundary, true: float, every: int, budget: int) -> Running:
-    found = walk(true, boundary)
-    return Running(method, true, every, budget, found.passes, found.fails, found.undecided, found.samples)
+    chances = walk(true, boundary)
+    return Running(
+        method=method,
+        true=true,
+        every=every,
+        budget=budget,
+        passes=chances.passes,
+        fails=chances.fails,
+        undecided=chances.undecided,
+        samples=chances.samples,
+    )
 
 
 def _check(limit: float, confidence: float, trues: Sequence[float], power: float, expected: float | None) -> None:

@@ -92,22 +92,22 @@ def test_a_requirement_is_worse_where_samples_no_longer_comply(before: Path, bas
 def test_other_draws_are_refused(before: Path, baseline: Path, tmp_path: Path) -> None:
     """Kills: comparing sample by sample what has nothing to do with each other; damaged files that end in a traceback."""
     run = after(before, tmp_path / "run", lambda frame: {"draw.pursuer.mass_kg": frame["draw.pursuer.mass_kg"] + 1e-3})
-    with pytest.raises(UsageError, match=r"other draws of pursuer\.mass_kg than the run"):
+    with pytest.raises(UsageError, match=r"its draws of pursuer\.mass_kg differ from the run"):
         against.against(run, baseline)
     document = json.loads(baseline.read_text())
     marks = {name: told[:100] for name, told in document["requirements"].items()}
     shorter = {name: {**told, "values": told["values"][:100]} for name, told in document["metrics"].items()}
     for change, words in (
-        ({"samples": 100, "requirements": marks, "metrics": shorter}, "of 100 samples, the run has 200"),
+        ({"samples": 100, "requirements": marks, "metrics": shorter}, "it has 100 samples, the run has 200"),
         ({"format": 9}, "format 9"),
-        ({"metrics": {}}, "other metrics than the run: "),
-        ({"draws": 3}, "no baseline"),
+        ({"metrics": {}}, "its metrics differ from the run: "),
+        ({"draws": 3}, "not a baseline"),
     ):
         (tmp_path / "b.json").write_text(json.dumps(document | change))
         with pytest.raises(UsageError, match=words):
             against.against(before, tmp_path / "b.json")
     (tmp_path / "b.json").write_text("{")
-    with pytest.raises(UsageError, match="no baseline"):
+    with pytest.raises(UsageError, match="not a baseline"):
         against.against(before, tmp_path / "b.json")
 
 
@@ -128,7 +128,7 @@ def test_a_damaged_baseline_is_none(before: Path, baseline: Path, tmp_path: Path
     assert name in document[part]
     document[part][name] = value
     (tmp_path / "b.json").write_text(json.dumps(document))
-    with pytest.raises(UsageError, match=f"no baseline .*{name}"):
+    with pytest.raises(UsageError, match=f"not a baseline .*{name}"):
         against.against(before, tmp_path / "b.json")
 
 
@@ -178,7 +178,7 @@ def test_what_cannot_be_compared_is_an_error_in_every_output(
     monkeypatch.setattr("rvjax.execution.run.run", lambda *given, **named: pytest.fail("flown"))
     code, out, _ = rvjax("check", CAMPAIGN, "--against", tmp_path / "none.json", "--junit-xml", report)
     assert code == 2
-    assert re.search(r"^::error title=rvjax::.*none\.json%?: no baseline", out, re.MULTILINE), out
+    assert re.search(r"^::error title=rvjax::.*none\.json%?: not a baseline", out, re.MULTILINE), out
     (case,) = ElementTree.parse(report).iter("testcase")
     assert case.find("error") is not None
     code, _, err = rvjax("check", CAMPAIGN, "--junit-xml", tmp_path)

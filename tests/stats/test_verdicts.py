@@ -22,7 +22,7 @@ from rvjax.stats import quantile_interval
 from rvjax.stats.quantile_sketch import RELATIVE_ERROR
 from rvjax.stats.sampling_design import Independent
 
-judge, judge_all = partial(verdicts.judge, basis=Independent()), partial(verdicts.judge_all, basis=Independent())
+judge, judge_all = partial(verdicts.judge, design=Independent()), partial(verdicts.judge_all, design=Independent())
 
 
 def require(metric: str, **parts: Any) -> Any:
@@ -131,7 +131,7 @@ def test_every_unknown_metric_and_channel_is_named_at_once() -> None:
     assert str(caught.value).splitlines() == [
         "settling_tim_s: metric 'settling_tim_s' is not in the table; accepted: captured, saturation_duty, settling_time_s",
         "saturation_duty (ty): saturation_duty has no channel 'ty'; accepted: any",
-        "quick: settling_time_s has no channel 'fx'; accepted: none, it has one value for all",
+        "quick: settling_time_s has no channel 'fx'; accepted: none, this metric has no channels",
     ]
 
 
@@ -209,13 +209,13 @@ def test_sentence_has_the_name_the_unit_and_distinct_numbers() -> None:
     verdict = judge(require("settling_time_s", name="quick", quantile=0.9, below=940), Samples(table, columns))
     assert verdict.text == (
         "PASS: quick: settling_time_s below 940 s in 940 of 1000 samples (94.00 %). The share is at least 92.61 % and "
-        "at most 95.19 %, each with 95 % confidence; required is 90.00 %. The 0.9-quantile is 899 s; at least "
+        "at most 95.19 %, each with 95 % confidence; 90.00 % is required. The 0.9-quantile is 899 s, at least "
         "883 s and at most 915 s, each with 95 % confidence."
     )
     tight = judge(require("captured", at_least=0.95049240), captured(59, 59))
     assert tight.verdict == "UNDECIDED"
     assert "at least 95.04923" in tight.text
-    assert "required is 95.04924" in tight.text
+    assert "95.04924000 % is required" in tight.text
 
 
 def test_bounds_in_a_sentence_are_rounded_outwards() -> None:

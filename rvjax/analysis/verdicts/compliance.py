@@ -1,4 +1,4 @@
-"""Which samples of a table a requirement is about, what their metric is, and which of them comply."""
+"""Which samples of a table a requirement applies to, the values of their metric, and which of them comply."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 ANY = "any"
-"""The worst channel."""
+"""The channel with the worst value."""
 
 
 class RequirementEvaluator:
-    """Reads a requirement's numbers from tables of the same columns."""
+    """Evaluates a requirement on tables that have the same columns."""
 
     def __init__(self, requirement: Requirement) -> None:
         self.requirement = requirement
@@ -33,8 +33,8 @@ class RequirementEvaluator:
 
     @property
     def column(self) -> str:
-        """The column that it is on; empty for the outcome. To be asked after `columns`."""
-        assert self._column is not None, "it has not seen the columns yet"
+        """The column of its metric; empty for the outcome. Only after a call of `columns`."""
+        assert self._column is not None, "call columns() first"
         return self._column
 
     @property
@@ -48,11 +48,11 @@ class RequirementEvaluator:
 
     @property
     def of_metric(self) -> bool:
-        """Whether it is on a metric; else on the outcome."""
+        """Whether the requirement is on a metric; otherwise it is on the outcome."""
         return bool(self._column)
 
     def columns(self, names: Sequence[str]) -> list[str]:
-        """The columns that it needs besides `sample` and `outcome`; UsageError where they are not among these."""
+        """The columns it needs besides `sample` and `outcome`. UsageError if a column is not in `names`."""
         self._column = column_of(self.requirement, names)
         draws = [draw_column(draw) for draw in self.requirement.where]
         for column in draws:
@@ -60,9 +60,9 @@ class RequirementEvaluator:
         return [*([self._column] if self._column else []), *draws]
 
     def values(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> NDArray[np.float64]:
-        """(n,) The metric of the samples of the class, NaN where one is not finite; of the outcome 1 where captured.
+        """(n,) values of the metric, NaN for samples that are not finite; for the outcome 1 if captured, otherwise NaN.
 
-        UsageError where the table lacks the metric or the channel.
+        UsageError if the table lacks the metric or the channel.
         """
         if self._column is None:
             self._column = column_of(self.requirement, list(frame.columns))
@@ -73,7 +73,7 @@ class RequirementEvaluator:
         return np.where(frame["outcome"] != "not_finite", np.asarray(frame[self._column], dtype=float), math.nan)
 
     def comply(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which values comply (NaN never does)."""
+        """(n,) which values comply; NaN never does."""
         if not self._column:
             return values == 1.0
         met = self.bound.met_by(values)
@@ -85,7 +85,7 @@ class RequirementEvaluator:
             raise UsageError(f"{name(self.requirement)}: where: no draw {draw!r} in the table; accepted: the name of a draw")
 
     def chosen(self, frame: pd.DataFrame) -> NDArray[np.bool_]:
-        """(n,) Whether a sample is of the class. UsageError where the table lacks a draw of it."""
+        """(n,) which samples are of the class (`where`). UsageError if the table lacks a draw of the class."""
         chosen = np.ones(len(frame), dtype=bool)
         for draw, condition in self.requirement.where.items():
             column = draw_column(draw)
@@ -102,13 +102,13 @@ class RequirementEvaluator:
 
 
 def column_of(requirement: Requirement, columns: Sequence[str]) -> str:
-    """The column that a requirement is on; empty for the outcome. UsageError names what there is."""
+    """The column of the metric of a requirement; empty for the outcome. UsageError lists the accepted metrics or channels."""
     metric, channel = requirement.metric, requirement.channel
     if metric == "captured" and channel is None:
         return ""
     start = metric_column(metric)
-    known = [metric_and_channel(one.removeprefix(METRIC)) for one in columns if one.startswith(METRIC)]
-    channels = [own for metric_name, own in known if metric_name == metric and own]
+    known = [metric_and_channel(column.removeprefix(METRIC)) for column in columns if column.startswith(METRIC)]
+    channels = [known_channel for metric_name, known_channel in known if metric_name == metric and known_channel]
     if channel is None and start in columns:
         return start
     if (channel or ANY) in channels:
@@ -116,12 +116,12 @@ def column_of(requirement: Requirement, columns: Sequence[str]) -> str:
     if start not in columns and not channels:
         metrics = sorted({"captured", *(metric_name for metric_name, _ in known)})
         raise UsageError(f"{name(requirement)}: metric {metric!r} is not in the table; accepted: {', '.join(metrics)}")
-    accepted = ", ".join(channels) or "none, it has one value for all"
+    accepted = ", ".join(channels) or "none, this metric has no channels"
     raise UsageError(f"{name(requirement)}: {metric} has no channel {channel or ANY!r}; accepted: {accepted}")
 
 
 def name(requirement: Requirement) -> str:
-    """The requirement's own name, or its metric and channel."""
+    """The name of the requirement, or its metric and channel."""
     channel = f" ({requirement.channel})" if requirement.channel else ""
     return requirement.name or requirement.metric + channel
 
@@ -129,7 +129,7 @@ def name(requirement: Requirement) -> str:
 def complies(requirement: Requirement, frame: pd.DataFrame) -> NDArray[np.bool_]:
     """(n,) which samples of a table comply with a requirement on a share, or are not of its class.
 
-    UsageError where the table lacks the metric, the channel, or a draw of the class.
+    UsageError if the table lacks the metric, the channel, or a draw of the class.
     """
-    reading = RequirementEvaluator(requirement)
-    return reading.comply(reading.values(frame, {})) | ~reading.chosen(frame)
+    evaluator = RequirementEvaluator(requirement)
+    return evaluator.comply(evaluator.values(frame, {})) | ~evaluator.chosen(frame)

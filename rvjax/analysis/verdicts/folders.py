@@ -1,4 +1,4 @@
-"""Verdicts of a run folder alone."""
+"""Verdicts from a run folder, without flying."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from rvjax.campaign import load
 from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import IncompleteError, UsageError
 from rvjax.run_folder import CAMPAIGN, Account, RunFolder
+from rvjax.run_folder.tuning_record import OWN, TUNED
 
 if TYPE_CHECKING:
     from rvjax.analysis.verdicts.verdict import Verdict
@@ -18,33 +19,32 @@ if TYPE_CHECKING:
 
 
 SEARCH = "tune"
-"""Of the identity of a folder: it is that of a search (`rvjax.run_folder.tuning_record`)."""
+"""The key in the identity of a folder that shows that it belongs to a search (`rvjax.run_folder.tuning_record`)."""
 
 
 def campaign_of(folder: RunFolder) -> Spec:
-    """The campaign of a run folder, with what was set beside the file (`overrides` of its provenance).
+    """The campaign of a run folder, with the overrides that its provenance records.
 
-    FolderError where the file was changed since; UsageError where it is the folder of a search, whose flights are of many
+    FolderError if the campaign file was changed; UsageError if the folder belongs to a search, whose flights are of many
     candidates.
     """
     if SEARCH in folder.identity:
-        place = folder.path
-        accepted = f"accepted: {place / 'tuned'}, {place / 'own'}"
-        raise UsageError(f"{place}: the folder of a search, whose flights are of many candidates; {accepted}")
+        confirming = ", ".join(str(folder.path / name) for name in (TUNED, OWN))
+        raise UsageError(f"{folder.path}: the folder of a search, whose flights are of many candidates; accepted: {confirming}")
     folder.campaign_text()  # verifies the file that is parsed next
     return load(folder.path / CAMPAIGN, [str(item) for item in folder.provenance.get("overrides", ())])
 
 
 def judge_folder(path: str | Path) -> tuple[Verdict, ...]:
-    """The verdict of a finished run on each requirement of its campaign; errors as of `account_and_verdicts`."""
+    """The verdict on each requirement of a finished run. Errors as in `account_and_verdicts`."""
     return account_and_verdicts(path)[1]
 
 
 def account_and_verdicts(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
-    """How the samples of a finished run ended, and the verdict on each requirement of its campaign, in one pass.
+    """The outcomes of the samples of a finished run, and the verdict on each requirement, read in a single pass.
 
-    FolderError where the folder is none or is damaged. IncompleteError where samples are missing: a verdict on those
-    that happen to be there would not keep its promise.
+    FolderError if the path is not a run folder or the folder is damaged. IncompleteError if samples are missing: a verdict on
+    the others would not keep its promise.
     """
     folder = RunFolder.open(path)
     if missing := folder.requested - sum(chunk.count for chunk in folder.chunks):

@@ -1,4 +1,4 @@
-"""A requirement on the mean of a metric: empirical-Bernstein bounds where its range is stated, else an approximate interval."""
+"""A requirement on a mean: empirical-Bernstein bounds if the range is stated, otherwise an approximate interval."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ if TYPE_CHECKING:
     from rvjax.campaign import Requirement
 
 FEW = 5_000
-"""Up to so many values a mean without a range has a bootstrap interval; above, the central limit theorem is as good."""
+"""Up to this many values, a mean without a range has a bootstrap interval; above, the central limit theorem is as good."""
 
 Moments = tuple[int, float, float]
-"""Number, mean, and sum of squared deviations from it."""
+"""Number of values, their mean, and their sum of squared deviations from the mean."""
 
 
 class MeanTally:
-    """Mean and spread of a metric over a class of samples, chunk by chunk."""
+    """Mean and spread of a metric over a class of samples, chunk by chunk in any order."""
 
     def __init__(self, requirement: Requirement) -> None:
         self.requirement = requirement
-        self.reading = RequirementEvaluator(requirement)
+        self.evaluator = RequirementEvaluator(requirement)
         self._moments: dict[int, Moments] = {}
         self._values: dict[int, NDArray[np.float64]] | None = {} if requirement.range is None else None
         self._lost = self._outside = self._complying = 0
 
     def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
-        """Takes in the samples of chunks; a value that is not finite counts as the worse end of the range."""
-        values, chosen = self.reading.values(frame, columns), self.reading.chosen(frame)
+        """Adds the samples of chunks. A value that is not finite counts as the worse end of the range."""
+        values, chosen = self.evaluator.values(frame, columns), self.evaluator.chosen(frame)
         samples = frame["sample"].to_numpy()
         for first, behind in pairwise((*begins, len(frame))):
             if behind > first:
@@ -49,11 +49,11 @@ class MeanTally:
 
     def _add(self, first: int, values: NDArray[np.float64]) -> None:
         requirement = self.requirement
-        self._complying += int(np.count_nonzero(self.reading.comply(values)))
+        self._complying += int(np.count_nonzero(self.evaluator.comply(values)))
         low, high = requirement.range or (-math.inf, math.inf)
         bad = ~np.isfinite(values)
         self._lost += int(np.count_nonzero(bad))
-        values = np.where(bad, high if self.reading.bound.side == "below" else low, values)
+        values = np.where(bad, high if self.evaluator.bound.side == "below" else low, values)
         self._outside += int(np.count_nonzero((values < low) | (values > high)))
         if not values.size:
             return
@@ -68,20 +68,29 @@ class MeanTally:
                 self._values = None
 
     def decided(self) -> bool:
-        """Never before the end: it is judged once."""
+        """Never before the end: a mean is judged once."""
         return False
 
     def verdict(self) -> Verdict:
-        """What the samples taken in so far say."""
+        """The verdict from the samples added so far."""
         requirement = self.requirement
-        bound, estimate = self.reading.bound, self._estimate()
+        bound, estimate = self.evaluator.bound, self._estimate()
         limit = bound.value
         good = estimate.high < limit if bound.side == "below" else estimate.low > limit
         bad = estimate.low >= limit if bound.side == "below" else estimate.high <= limit
         word: Word = "UNDECIDED" if self._outside or not estimate.n else "PASS" if good else "FAIL" if bad else "UNDECIDED"
-        text = sentences.of_mean(requirement, bound, estimate, self.reading.unit, outside=self._outside, lost=self._lost)
+        text = sentences.of_mean(requirement, bound, estimate, self.evaluator.unit, outside=self._outside, lost=self._lost)
         return Verdict(
-            requirement, word, self._complying, estimate.n, limit, estimate, None, None, f"{word}: {text}", self.reading.unit
+            requirement=requirement,
+            verdict=word,
+            successes=self._complying,
+            n=estimate.n,
+            limit=limit,
+            estimate=estimate,
+            quantity=None,
+            more=None,
+            text=f"{word}: {text}",
+            unit=self.evaluator.unit,
         )
 
     def _estimate(self) -> Estimate:
@@ -92,8 +101,8 @@ class MeanTally:
             return Estimate(mean, low, high, n, confidence, "empirical Bernstein, each bound one-sided")
         if self._values is not None:
             values = [self._values[first] for first in sorted(self._values)]
-            found = mean_interval(np.concatenate(values) if values else np.empty(0), 2.0 * confidence - 1.0)
-            return Estimate(found.value, found.low, found.high, n, confidence, f"approximate: {found.method}")
+            interval = mean_interval(np.concatenate(values) if values else np.empty(0), 2.0 * confidence - 1.0)
+            return Estimate(interval.value, interval.low, interval.high, n, confidence, f"approximate: {interval.method}")
         if not math.isfinite(mean):
             return Estimate(mean, mean, mean, n, confidence, "approximate: the mean of values that are not finite")
         half = float(special.ndtri(confidence)) * math.sqrt(squares / (n - 1) / n)
@@ -101,15 +110,15 @@ class MeanTally:
 
 
 def _merged(parts: list[Moments]) -> Moments:
-    """Of all parts together. Source: T. F. Chan, G. H. Golub & R. J. LeVeque (1983)."""
+    """The moments of all parts together. Source: T. F. Chan, G. H. Golub & R. J. LeVeque (1983)."""
     n, mean, squares = 0, math.nan, 0.0
-    for count, own, spread in parts:
+    for count, center, spread in parts:
         if not n:
-            n, mean, squares = count, own, spread
+            n, mean, squares = count, center, spread
             continue
-        if not (math.isfinite(mean) and math.isfinite(own)):
-            n, mean = n + count, mean if not math.isfinite(mean) else own
+        if not (math.isfinite(mean) and math.isfinite(center)):
+            n, mean = n + count, mean if not math.isfinite(mean) else center
             continue
-        total, step = n + count, own - mean
+        total, step = n + count, center - mean
         mean, squares, n = mean + step * count / total, squares + spread + step * step * n * count / total, total
     return n, mean, squares

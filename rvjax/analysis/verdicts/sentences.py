@@ -1,4 +1,4 @@
-"""Sentences of verdicts. Bounds are rounded outwards, to the digits that tell them from what is required."""
+"""Sentences of verdicts. Bounds are rounded outwards, with enough digits to differ from the required value."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ MANY = 10**9
 
 
 def success_of(requirement: Requirement, unit: str = "") -> str:
-    """What a sample has to do to comply, in words: settling_time_s below 150 s. unit: of the metric."""
+    """The condition a sample must meet, in words: settling_time_s below 150 s. unit: of the metric."""
     never = "not " if requirement.at_most is not None else ""
     return f"{never}{condition(requirement, unit)}{_of_class(requirement)}"
 
 
 def title(requirement: Requirement) -> str:
-    """The requirement in few words: its name, or its form."""
+    """A short title of the requirement: its name, or its condition."""
     if requirement.name:
         return requirement.name
     what = condition(requirement, "")
@@ -40,71 +40,76 @@ def title(requirement: Requirement) -> str:
 
 
 def of_share(requirement: Requirement, successes: int, share: Estimate, quantity: Estimate | None, unit: str) -> str:
-    """How many samples comply, what their share is at least and at most, and what is required."""
+    """How many samples comply, the bounds of their share, and the required share."""
     percent = _percentages(requirement.limit, share)
     observed = f" ({percent[3]})" if share.n else ""
     confidence = f"with {100 * share.confidence:.6g} % confidence"
-    whenever = " whenever one stops" if requirement.method != "fixed" else ""
+    stopping = " at any stopping time" if requirement.method != "fixed" else ""
     never = "not " if requirement.at_most is not None else ""
     text = (
         f"{_start(requirement)}{never}{condition(requirement, unit)} in {successes} of {share.n} samples{_of_class(requirement)}"
-        f"{observed}. The share is at least {percent[1]} and at most {percent[2]}, each {confidence}{whenever}; "
-        f"required is {percent[0]}."
+        f"{observed}. The share is at least {percent[1]} and at most {percent[2]}, each {confidence}{stopping}; "
+        f"{percent[0]} is required."
     )
     if quantity is not None:
         low, high = number(quantity.low, unit, ROUND_FLOOR), number(quantity.high, unit, ROUND_CEILING)
         middle = number(quantity.value, unit)
-        text += f" The {requirement.quantile:g}-quantile is {middle}; at least {low} and at most {high}, each {confidence}."
+        text += f" The {requirement.quantile:g}-quantile is {middle}, at least {low} and at most {high}, each {confidence}."
     return text
 
 
 def of_mean(requirement: Requirement, bound: Bound, mean: Estimate, unit: str, *, outside: int, lost: int) -> str:
-    """The mean, its bounds and what is required."""
+    """The mean, its bounds and the required bound."""
     low, high = number(mean.low, unit, ROUND_FLOOR), number(mean.high, unit, ROUND_CEILING)
     confidence = f"with {100 * mean.confidence:.6g} % confidence"
     if requirement.range is None:
         confidence += " (approximate: its range is not stated)"
     text = (
         f"{_start(requirement)}mean of {_metric(requirement)} over {mean.n} samples{_of_class(requirement)}: "
-        f"{number(mean.value, unit)}; at least {low} and at most {high}, each {confidence}; "
-        f"required is {bound.side} {number(bound.value, unit)}."
+        f"{number(mean.value, unit)}, at least {low} and at most {high}, each {confidence}; "
+        f"it must be {bound.side} {number(bound.value, unit)}."
     )
     if lost:
-        text += f" {lost} that ended not finite count as the worst value."
+        text += f" Not finite samples ({lost}) count as the worst value."
     if outside and requirement.range is not None:
         ends = " to ".join(number(end, unit) for end in requirement.range)
-        text += f" {outside} values lie outside the stated range of {ends}, so nothing holds; state a range that all values keep."
+        text += (
+            f" {outside} values lie outside the stated range of {ends}, so the bounds do not hold; "
+            "state a range that contains all values."
+        )
     return text
 
 
 def outlook(requirement: Requirement, n: int, more: int | None) -> str:
-    """What would decide."""
+    """What it takes to decide an undecided requirement. n: samples so far; more: further ones, None for too many."""
     if requirement.method == "sprt":
-        return "More samples would decide; go on with a larger --samples."
+        return "More samples would decide; resume with a larger --samples."
     if more is None:
-        return f"The share is so close to what is required that more than {MANY:,} further samples would be needed."
+        return f"The share is so close to the required share that a decision needs more than {MANY:,} further samples."
     about = f"About {more:,} more samples would decide if the share stayed the same"
     if requirement.method == "sequential":
-        return f"{about}; go on with a larger --samples."
-    return f"{about}; fly {n + more:,} anew under another seed, since a fixed number may be judged only once."
+        return f"{about}; resume with a larger --samples."
+    return f"{about}; fly {n + more:,} samples with another seed, because a fixed number may be judged only once."
 
 
 def stopped(requirement: Requirement, evidence: Evidence) -> str:
-    """Where a sequential method decided, and with how much evidence."""
+    """After how many samples a sequential method decided, and with what evidence."""
     assert evidence.decided is not None
     at = evidence.decided
     passing = evidence.passing[at] >= evidence.needed_pass
-    found, needed = (evidence.passing, evidence.needed_pass) if passing else (evidence.failing, evidence.needed_fail)
-    decided = f"Decided at {evidence.samples[at]:,} samples with evidence {_power(found[at])}, needed {_power(needed)}."
+    logarithms, needed = (evidence.passing, evidence.needed_pass) if passing else (evidence.failing, evidence.needed_fail)
+    decided = (
+        f"Decided after {evidence.samples[at]:,} samples: the evidence is {_power(logarithms[at])}, {_power(needed)} is needed."
+    )
     if requirement.method == "sprt":
         ends = (requirement.design, requirement.limit)
         likelier, other = ends if passing else ends[::-1]
-        return f"{decided} The share is rather {100 * likelier:.6g} % than {100 * other:.6g} %."
+        return f"{decided} The samples fit a share of {100 * likelier:.6g} % better than a share of {100 * other:.6g} %."
     return decided
 
 
 def _power(logarithm: float) -> str:
-    """e^x in few digits, whatever x is."""
+    """e^x to three digits, as a power of ten where it is very large or small."""
     return f"{math.exp(logarithm):.3g}" if abs(logarithm) < 100 else f"10^{logarithm / math.log(10):.0f}"
 
 
@@ -123,14 +128,14 @@ def condition(requirement: Requirement, unit: str) -> str:
 
 
 def _of_class(requirement: Requirement) -> str:
-    said = " and ".join(f"{draw} {condition}" for draw, condition in requirement.where.items())
-    return f" with {said}" if said else ""
+    conditions = " and ".join(f"{draw} {condition}" for draw, condition in requirement.where.items())
+    return f" with {conditions}" if conditions else ""
 
 
 def _percentages(limit: float, share: Estimate) -> list[str]:
-    """The limit, the share's lower bound, rounded down, its upper one, rounded up, and its value in percent.
+    """In percent: the limit, the lower bound of the share (rounded down), its upper bound (rounded up), and its value.
 
-    With the decimals (2 to 8) that it takes to tell them from the limit.
+    They have 2 to 8 decimals, enough to tell them from the limit.
     """
     gaps = [abs(100 * (end - limit)) for end in (share.low, share.high, share.value) if abs(end - limit) > 1e-9]
     place = Decimal(1).scaleb(-min(max([2, *(math.ceil(-math.log10(gap)) + 1 for gap in gaps)]), 8))
@@ -139,7 +144,7 @@ def _percentages(limit: float, share: Estimate) -> list[str]:
 
 
 def _rounded(value: float, place: Decimal, way: str) -> Decimal:
-    """A number to a decimal place; what the 15th digit of it is off by is no reason to go one further."""
+    """A number to a decimal place. An error in its 15th digit does not move it to the next place."""
     return Decimal(f"{value:.14g}").quantize(place, rounding=way)
 
 

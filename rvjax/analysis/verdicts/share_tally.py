@@ -1,4 +1,4 @@
-"""A requirement on a share of samples, or on a quantile: counted exactly, judged once or after every chunk."""
+"""A requirement on a share of samples, or on a quantile: exact counts, judged at the end or after every chunk."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ if TYPE_CHECKING:
 
     from rvjax.campaign import Requirement
 
-ANYTIME = "e-process, each bound one-sided, whenever one stops"
+ANYTIME = "e-process, one-sided bounds, valid at any stopping time"
 
 
 class ShareTally:
-    """How many of the samples of a class comply, chunk by chunk, and the distribution of the metric."""
+    """How many samples of a class comply, and the distribution of the metric, chunk by chunk in any order."""
 
-    def __init__(self, requirement: Requirement, basis: Independent) -> None:
+    def __init__(self, requirement: Requirement, design: Independent) -> None:
         self.requirement = requirement
-        self.reading = RequirementEvaluator(requirement)
-        self._basis = basis
+        self.evaluator = RequirementEvaluator(requirement)
+        self._design = design
         self._chunks: dict[int, tuple[int, int, int]] = {}
         self._sketch = Sketch()
         self._waiting: list[NDArray[np.float64]] = []
@@ -50,18 +50,18 @@ class ShareTally:
             raise UsageError(f"{requirement.name or requirement.metric}: no share is required; accepted: at_least or quantile")
 
     def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
-        """Counts the samples of chunks that begin at these rows; UsageError where their table lacks what it needs."""
-        values, chosen = self.reading.values(frame, columns), self.reading.chosen(frame)
+        """Counts the samples of chunks, which begin at the rows `begins`. UsageError if the table lacks a column it needs."""
+        values, chosen = self.evaluator.values(frame, columns), self.evaluator.chosen(frame)
         if not len(frame):
             return
-        counted = (np.ones(len(frame), dtype=bool), chosen, chosen & self.reading.comply(values))
-        sizes = np.transpose([np.add.reduceat(one, begins, dtype=np.int64) for one in counted])
+        masks = (np.ones(len(frame), dtype=bool), chosen, chosen & self.evaluator.comply(values))
+        sizes = np.transpose([np.add.reduceat(mask, begins, dtype=np.int64) for mask in masks])
         firsts = frame["sample"].to_numpy()[list(begins)]
-        found = zip(firsts.tolist(), sizes.tolist(), strict=True)
-        self._chunks |= {first: (rows, of_class, complying) for first, (rows, of_class, complying) in found}
+        counts = zip(firsts.tolist(), sizes.tolist(), strict=True)
+        self._chunks |= {first: (rows, of_class, complying) for first, (rows, of_class, complying) in counts}
         values = values[chosen]
-        if self.reading.of_metric and self.requirement.quantile is not None:
-            worst = self.reading.bound.worst
+        if self.evaluator.of_metric and self.requirement.quantile is not None:
+            worst = self.evaluator.bound.worst
             self._waiting.append(np.where(np.isnan(values), worst, values))
         if len(self._waiting) >= AT_ONCE:
             self._take_in()
@@ -72,19 +72,19 @@ class ShareTally:
             self._waiting = []
 
     def decided(self) -> bool:
-        """Whether a sequential method has decided; one that is judged once never has before the end."""
+        """Whether a sequential method has decided. A fixed number of samples is judged at the end only."""
         evidence = self._evidence()
         return evidence is not None and evidence.decided is not None
 
     def verdict(self) -> Verdict:
-        """What the samples counted so far say."""
+        """The verdict from the samples counted so far."""
         evidence = self._evidence()
         return self._fixed() if evidence is None else self._sequential(evidence)
 
     def _fixed(self) -> Verdict:
         requirement = self.requirement
         n, successes = (sum(chunk[part] for chunk in self._chunks.values()) for part in (1, 2))
-        estimate = self._basis.bounds(successes, n, requirement.confidence)
+        estimate = self._design.bounds(successes, n, requirement.confidence)
         word: Word = "UNDECIDED"
         if n:
             word = "PASS" if estimate.low >= requirement.limit else "FAIL" if estimate.high < requirement.limit else "UNDECIDED"
@@ -92,15 +92,15 @@ class ShareTally:
         return self._stated(word, successes, estimate, self._quantity(), more)
 
     def _quantity(self) -> Estimate | None:
-        """The quantile that is required, of all samples taken in."""
+        """The estimate of the required quantile from all samples."""
         quantile = self.requirement.quantile
-        if not self.reading.of_metric or quantile is None:
+        if not self.evaluator.of_metric or quantile is None:
             return None
         self._take_in()
-        return self._basis.quantile(self._sketch, quantile, 2.0 * self.requirement.confidence - 1.0)
+        return self._design.quantile(self._sketch, quantile, 2.0 * self.requirement.confidence - 1.0)
 
     def _evidence(self) -> Evidence | None:
-        """The looks of a sequential method, at the ends of the chunks that lie without a gap from sample 0 on."""
+        """The evidence of a sequential method after each chunk, as far as the chunks have no gap from sample 0 on."""
         requirement, looks = self.requirement, list[tuple[int, int]]()
         if requirement.method == "fixed":
             return None
@@ -111,17 +111,25 @@ class ShareTally:
                 break
             behind, n, failures = behind + samples, n + of_class, failures + of_class - complying
             looks.append((n, failures))
-        seen, failed = (np.array([look[part] for look in looks], dtype=np.int64) for part in (0, 1))
+        tested, failed = (np.array([look[part] for look in looks], dtype=np.int64) for part in (0, 1))
         limit, risk = requirement.limit, 1.0 - requirement.confidence
         if requirement.method == "sequential":
-            passing, failing = log_e_pass(seen, failed, limit), log_e_fail(seen, failed, limit)
+            passing, failing = log_e_pass(tested, failed, limit), log_e_fail(tested, failed, limit)
             needed = (-math.log(risk), -math.log(risk))
         else:
-            passing = log_ratio(seen, failed, limit, requirement.design)
+            passing = log_ratio(tested, failed, limit, requirement.design)
             failing, needed = -passing, (-math.log(risk), -math.log(1.0 - requirement.strength))
         over = (passing >= needed[0]) | (failing >= needed[1])
         decided = int(np.argmax(over)) if over.any() else None
-        return Evidence(seen, failed, passing, failing, *needed, decided)
+        return Evidence(
+            samples=tested,
+            failures=failed,
+            passing=passing,
+            failing=failing,
+            needed_pass=needed[0],
+            needed_fail=needed[1],
+            decided=decided,
+        )
 
     def _sequential(self, evidence: Evidence) -> Verdict:
         at = evidence.decided if evidence.decided is not None else len(evidence.samples) - 1
@@ -143,15 +151,25 @@ class ShareTally:
         evidence: Evidence | None = None,
     ) -> Verdict:
         requirement = self.requirement
-        text = sentences.of_share(requirement, successes, estimate, quantity, self.reading.unit)
+        text = sentences.of_share(requirement, successes, estimate, quantity, self.evaluator.unit)
         outlook = f" {sentences.outlook(requirement, estimate.n, more)}" if word == "UNDECIDED" else ""
         stopped = f" {sentences.stopped(requirement, evidence)}" if evidence is not None and word != "UNDECIDED" else ""
-        told = f"{word}: {text}{stopped}{outlook}"
-        return Verdict(requirement, word, successes, estimate.n, requirement.limit, estimate, quantity, more, told, "1", evidence)
+        return Verdict(
+            requirement=requirement,
+            verdict=word,
+            successes=successes,
+            n=estimate.n,
+            limit=requirement.limit,
+            estimate=estimate,
+            quantity=quantity,
+            more=more,
+            text=f"{word}: {text}{stopped}{outlook}",
+            evidence=evidence,
+        )
 
 
 def fixed_more(estimate: Estimate, limit: float) -> int | None:
-    """How many samples more would decide if the share of successes stayed as it is; None above `words.MANY`."""
+    """How many further samples would decide if the share of successes stayed the same; None above `sentences.MANY`."""
     share, n = estimate.value, estimate.n
     if not n:
         return wilks_smallest_n(limit, estimate.confidence)
@@ -165,7 +183,7 @@ def fixed_more(estimate: Estimate, limit: float) -> int | None:
 
 
 def sequential_more(requirement: Requirement, n: int, failures: int) -> int | None:
-    """As `fixed_more`, of the e-process."""
+    """As `fixed_more`, for the e-process."""
     needed = -math.log(1.0 - requirement.confidence)
 
     def decided(extra: int) -> bool:
@@ -182,12 +200,15 @@ def _first(holds: Callable[[int], bool]) -> int | None:
 
 
 def anytime(n: int, failures: int, confidence: float) -> Estimate:
-    """The share of successes with two one-sided bounds that hold whenever one stops: all shares against which the e-process
-    has less evidence than 1 / (1 - confidence). Without samples they are 0 and 1."""
+    """The share of successes and its two one-sided bounds, valid at any stopping time.
+
+    They enclose all shares against which the e-process has less evidence than 1 / (1 - confidence). Without samples they are 0
+    and 1.
+    """
     needed = -math.log(1.0 - confidence)
 
     def edge(log_e: Callable[..., NDArray[np.float64]], inside: float, outside: float) -> float:
-        """The share nearest to `outside` that is still refuted, between it and `inside`; `outside` where none is."""
+        """The rejected share nearest to `inside`, by bisection towards `outside`; `outside` if no share is rejected."""
         for _ in range(60 if inside != outside else 0):
             middle = (inside + outside) / 2
             if float(log_e(n, failures, middle)) >= needed:

@@ -1,4 +1,4 @@
-"""The samples of a run, folded into what each requirement needs of them."""
+"""Tallies: the counts of a run that its requirements are judged by."""
 
 from __future__ import annotations
 
@@ -21,18 +21,20 @@ if TYPE_CHECKING:
 
 
 class Tallies:
-    """One fold of independent samples for several requirements, chunk by chunk in any order."""
+    """Counts independent samples for several requirements, chunk by chunk in any order."""
 
-    def __init__(self, requirements: Iterable[Requirement], basis: Independent) -> None:
-        self._tallies = tuple(MeanTally(one) if one.mean else ShareTally(one, basis) for one in requirements)
+    def __init__(self, requirements: Iterable[Requirement], design: Independent) -> None:
+        self._tallies = tuple(
+            MeanTally(requirement) if requirement.mean else ShareTally(requirement, design) for requirement in requirements
+        )
 
     def columns(self, names: Sequence[str]) -> list[str]:
-        """The columns that are needed of a table with these; UsageError names every metric, channel or draw that it lacks."""
+        """The columns that the requirements need of a table. UsageError names every metric, channel or draw it lacks."""
         needed: dict[str, None] = {}
         complaints: list[str] = []
         for tally in self._tallies:
             try:
-                needed |= dict.fromkeys(tally.reading.columns(names))
+                needed |= dict.fromkeys(tally.evaluator.columns(names))
             except UsageError as error:
                 complaints.append(str(error))
         if complaints:
@@ -40,8 +42,10 @@ class Tallies:
         return list(needed)
 
     def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
-        """Counts the samples of a chunk, or of several, which begin at these rows; UsageError names every metric, channel or
-        draw that their table lacks."""
+        """Counts the samples of a table of chunks, which begin at the rows `begins`.
+
+        UsageError names every metric, channel or draw that the table lacks.
+        """
         complaints: list[str] = []
         for tally in self._tallies:
             try:
@@ -56,57 +60,57 @@ class Tallies:
         return bool(self._tallies) and all(tally.decided() for tally in self._tallies)
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """What the samples counted so far say of each requirement."""
+        """The verdict on each requirement from the samples counted so far."""
         return tuple(tally.verdict() for tally in self._tallies)
 
 
 class Unjudged:
-    """The fold of samples that no verdict can be issued on. UsageError where one is required of them."""
+    """Samples that cannot be judged, such as explorations. UsageError if the campaign has requirements."""
 
-    def __init__(self, requirements: Iterable[Requirement], basis: Exploration) -> None:
+    def __init__(self, requirements: Iterable[Requirement], design: Exploration) -> None:
         if any(True for _ in requirements):
-            raise UsageError(f"{basis.sentence}; accepted: a campaign without requirements, or sampler: {{use: monte-carlo}}")
+            raise UsageError(f"{design.sentence}; accepted: a campaign without requirements, or sampler: {{use: monte-carlo}}")
 
     def columns(self, names: Sequence[str]) -> list[str]:
-        """None is needed."""
+        """No column is needed."""
         return []
 
     def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
         """Counts nothing."""
 
     def decided(self) -> bool:
-        """Never."""
+        """Never decided."""
         return False
 
     def verdicts(self) -> tuple[Verdict, ...]:
-        """None."""
+        """There are no verdicts."""
         return ()
 
 
 @singledispatch
-def tallies(basis: SamplingDesign, requirements: Iterable[Requirement]) -> Tallies | Unjudged:
-    """The fold of samples that stand on a basis: one that judges only if they are independent."""
-    raise TypeError(f"{basis} is no basis")
+def tallies(design: SamplingDesign, requirements: Iterable[Requirement]) -> Tallies | Unjudged:
+    """The tallies of samples from a sampling design; only independent samples are judged."""
+    raise TypeError(f"internal error (a bug in rvjax): unknown sampling design {design}")
 
 
 @tallies.register(Independent)
-def _(basis: Independent, requirements: Iterable[Requirement]) -> Tallies:
-    return Tallies(requirements, basis)
+def _(design: Independent, requirements: Iterable[Requirement]) -> Tallies:
+    return Tallies(requirements, design)
 
 
 @tallies.register(Exploration)
-def _(basis: Exploration, requirements: Iterable[Requirement]) -> Unjudged:
-    return Unjudged(requirements, basis)
+def _(design: Exploration, requirements: Iterable[Requirement]) -> Unjudged:
+    return Unjudged(requirements, design)
 
 
-def judge(requirement: Requirement, table: Samples | pd.DataFrame, basis: Independent) -> Verdict:
-    """The verdict of a table of independent samples; UsageError where the table lacks the requirement's metric or channel."""
-    return judge_all([requirement], table, basis)[0]
+def judge(requirement: Requirement, table: Samples | pd.DataFrame, design: Independent) -> Verdict:
+    """The verdict from a table of independent samples. UsageError if the table lacks the metric or channel."""
+    return judge_all([requirement], table, design)[0]
 
 
-def judge_all(requirements: Iterable[Requirement], table: Samples | pd.DataFrame, basis: Independent) -> tuple[Verdict, ...]:
-    """The verdict on each requirement; UsageError names every metric or channel that the table lacks."""
-    counted = Tallies(requirements, basis)
+def judge_all(requirements: Iterable[Requirement], table: Samples | pd.DataFrame, design: Independent) -> tuple[Verdict, ...]:
+    """The verdict on each requirement. UsageError names every metric or channel that the table lacks."""
+    counted = Tallies(requirements, design)
     if isinstance(table, Samples):
         counted.add(table.frame, table.columns)
     else:

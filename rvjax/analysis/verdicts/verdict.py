@@ -1,4 +1,4 @@
-"""What a judgement comes to."""
+"""Verdict: the result of testing a requirement."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 Word = Literal["PASS", "FAIL", "UNDECIDED"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
-    """What a sequential method has seen, look by look.
+    """The evidence of a sequential method at each look.
 
-    samples, failures: (looks,) of the class so far. passing, failing: (looks,) natural logarithm of the evidence for PASS, and
-    for FAIL. needed_pass, needed_fail: what each has to reach. decided: the look at which it did; None where neither has.
+    samples, failures: (looks,) of the class so far. passing, failing: (looks,) natural logarithm of the evidence for PASS and
+    for FAIL. needed_pass, needed_fail: the thresholds of the two. decided: the first look that reaches its threshold, or None.
     """
 
     samples: NDArray[np.int64]
@@ -33,16 +33,15 @@ class Evidence:
     decided: int | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What `n` samples say about a requirement.
+    """The verdict on a requirement from `n` samples.
 
-    n: samples of its class that were looked at, of a sequential method up to its decision. successes: those that comply.
-    limit: the share that is required, or the value that the mean is compared with. estimate: of the share of successes, or of
-    the mean; its low and high end are one-sided bounds, each at the requirement's confidence. quantity: the quantile, where the
-    requirement is on one (unit of the metric); each end of its interval holds at the requirement's confidence. unit: of limit
-    and estimate. more: roughly how many further samples would decide, None where it is decided or no number would. evidence: of
-    a sequential method. text: one sentence.
+    n: samples of its class that were tested; a sequential method counts them up to its decision. successes: samples that comply.
+    limit: the required share, or the value that the mean is compared with. estimate: the share of successes, or the mean; each
+    end is a one-sided bound at the requirement's confidence. quantity: the quantile of a requirement on a quantile (unit of the
+    metric); each end of its interval holds at the requirement's confidence. unit: of limit and estimate. more: roughly how many
+    further samples would decide, None if decided or if no number would. evidence: of a sequential method. text: a sentence.
     """
 
     requirement: Requirement
@@ -59,16 +58,16 @@ class Verdict:
 
     @property
     def low_bound(self) -> float:
-        """The one-sided lower bound of the share of successes, or of the mean."""
+        """The lower bound of the share of successes, or of the mean."""
         return self.estimate.low
 
     @property
     def high_bound(self) -> float:
-        """The one-sided upper bound of the share of successes, or of the mean."""
+        """The upper bound of the share of successes, or of the mean."""
         return self.estimate.high
 
 
 def exit_code(verdicts: Sequence[Verdict]) -> int:
-    """0 where all pass or nothing is required, 1 where one fails, 3 where none fails and one is undecided."""
+    """0 if all pass or nothing is required, 1 if a requirement fails, 3 if none fails and some are undecided."""
     words = {verdict.verdict for verdict in verdicts}
     return 1 if "FAIL" in words else 3 if "UNDECIDED" in words else 0

@@ -43,7 +43,8 @@ def of_comparisons(comparisons: Sequence[BaselineComparison], baseline: str, pla
     """A command for each comparison that is significantly worse than the baseline. place: of the controller in the campaign."""
     worse = [comparison for comparison in comparisons if comparison.significant]
     return [
-        command("error", place, f"worse than the baseline: {comparison.what}", comparison.told(baseline)) for comparison in worse
+        command("error", place, f"worse than the baseline: {comparison.what}", comparison.sentence(baseline))
+        for comparison in worse
     ]
 
 

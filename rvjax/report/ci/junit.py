@@ -55,7 +55,7 @@ def of_comparisons(comparisons: Sequence[BaselineComparison], baseline: str) -> 
         Case(
             comparison.what,
             "WORSE" if comparison.significant else "PASS",
-            comparison.told(baseline),
+            comparison.sentence(baseline),
             {"worse": str(comparison.worse), "better": str(comparison.better), "p": f"{comparison.p:.6g}"},
             ".baseline",
         )

@@ -80,7 +80,11 @@ def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tun
         if measure.needs_sense(_columns(space)):
             accepted = "accepted: sense: smallest, or sense: largest"
             findings.append(
-                source.finding(("tune", "objective", index), f"of {measure.objective.metric} neither is better", accepted)
+                source.finding(
+                    ("tune", "objective", index),
+                    f"rvjax does not know whether {measure.objective.metric} should be small or large",
+                    accepted,
+                )
             )
     findings += _confirmable(path, overrides, space.problem.spec)
     if findings:
