@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 from benchmarks.scan import build, resume
 from rvjax.components.samplers import sampling_design_of
-from rvjax.run_folder import RunFolder
+from rvjax.run_folder import RunDescription, RunFolder
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
 FLOWN = 12
@@ -123,8 +123,11 @@ def measure(campaign: Path) -> Costs:
     chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + FLOWN)
     flight = each(chunks, lambda chunk: results.append(runner.fly_chunk(chunk)))
     with tempfile.TemporaryDirectory() as place:
-        described = (mine, provenance([], []), problem.spec.source.text, problem.spec.samples, "scale")
-        with RunFolder.create(Path(place) / "run", *described) as folder:
+        spec = problem.spec
+        description = RunDescription(
+            identity=mine, provenance=provenance([], []), campaign_text=spec.source.text, samples=spec.samples, name="scale"
+        )
+        with RunFolder.create(Path(place) / "run", description) as folder:
             take_in = each(results, lambda result: folder.take(result.files[-1]))
             read = {chunk: next(folder.tables([chunk])) for chunk in chunks}
             read_back = each(chunks, lambda chunk: next(folder.tables([chunk])))

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from rvjax.run_folder import CAMPAIGN, RunFolder, atomic_files
+from rvjax.run_folder import CAMPAIGN, RunDescription, RunFolder, atomic_files
 from rvjax.run_folder.journal import Journal
 from rvjax.run_folder.manifest import Entry, Head, Key, Manifest
 
@@ -30,23 +30,26 @@ def build(root: Path, chunks: int, closed: bool) -> None:
     head = Head(name="scan", samples=samples, identity=IDENTITY, provenance={}, campaign=atomic_files.sha256(TEXT.encode()))
     (root / "samples").mkdir(parents=True)
     (root / CAMPAIGN).write_text(TEXT)
-    journal = Journal(root, Manifest(head))
+    journal, manifest = Journal(root), Manifest(head)
     with patch("os.fsync"):
-        journal.fold()
+        journal.fold(manifest)
         for chunk in range(chunks):
             data = b"%d" % chunk
             digest = atomic_files.sha256(data)
             name = Key("samples", chunk).file(digest)
             (root / name).write_bytes(data)
-            journal.add(Entry(file=name, sha256=digest, bytes=len(data), first=chunk * LANES, count=LANES))
+            entry = Entry(file=name, sha256=digest, bytes=len(data), first=chunk * LANES, count=LANES)
+            manifest.entries[entry.key] = entry
+            journal.append(entry)
         if closed:
-            journal.fold()
+            journal.fold(manifest)
     journal.close()
 
 
 def resume(root: Path, chunks: int) -> None:
     """Opens the folder to fly what it lacks, which is nothing, and closes it again."""
-    with RunFolder.resume(root, IDENTITY, {}, TEXT, chunks * LANES, "scan", LANES) as folder:
+    description = RunDescription(identity=IDENTITY, provenance={}, campaign_text=TEXT, samples=chunks * LANES, name="scan")
+    with RunFolder.resume(root, description, LANES) as folder:
         assert folder.missing(chunks) == []
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkRunner
 from rvjax.execution.executors.threads import map_in_threads
 from rvjax.execution.identity import identity
-from rvjax.run_folder import RunFolder
+from rvjax.run_folder import RunDescription, RunFolder
 from rvjax.search.tuning.candidate_flights import Flights
 from rvjax.search.tuning.tune import prepare
 from rvjax.simulation import jax_config
@@ -43,7 +43,8 @@ def main() -> None:
     samples = np.arange(lanes // given.candidates, dtype=np.int64)
     ratios: list[float] = []
     with tempfile.TemporaryDirectory() as place:
-        folder = RunFolder.create(Path(place) / "out", identity(problem), {}, "", LANES, "x")
+        description = RunDescription(identity=identity(problem), provenance={}, campaign_text="", samples=LANES, name="x")
+        folder = RunFolder.create(Path(place) / "out", description)
         with folder:
             flights = Flights(space, folder, ["metric.settling_time_s", "metric.delta_v_m_s"], np.inf)
             for number in range(given.rounds + 1):

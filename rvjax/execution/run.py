@@ -29,7 +29,7 @@ from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.threads import local_threads, map_in_threads
 from rvjax.execution.identity import PLAN, identity, provenance, short
 from rvjax.execution.replay import Trace, recorded, trace
-from rvjax.run_folder import BASELINES, Account, RunFolder
+from rvjax.run_folder import BASELINES, Account, RunDescription, RunFolder
 from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
@@ -144,10 +144,15 @@ def _open(problem: Problem, flown_by: Mapping[str, Any], place: Path, overrides:
     samples = spec.samples
     if _stops_early(spec, options):
         samples = min(samples, _next_look(0) if existing is None else existing.requested)
-    described = (flown_by, provenance(options.command, overrides), spec.source.text, samples, spec.name)
-    if existing is None:
-        return RunFolder.create(place, *described, spec.source.inputs)
-    return RunFolder.resume(place, *described, LANES, spec.source.inputs)
+    description = RunDescription(
+        identity=flown_by,
+        provenance=provenance(options.command, overrides),
+        campaign_text=spec.source.text,
+        samples=samples,
+        name=spec.name,
+        inputs=spec.source.inputs,
+    )
+    return RunFolder.create(place, description) if existing is None else RunFolder.resume(place, description, LANES)
 
 
 def _stops_early(spec: Spec, options: RunOptions) -> bool:

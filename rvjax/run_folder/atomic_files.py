@@ -1,4 +1,4 @@
-"""Bytes that are on the disk completely or not at all, and the file system's refusals in the user's words."""
+"""Atomic writes: a file is on the disk completely or not at all. Errors of the file system become messages for the user."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ _FULL = {errno.ENOSPC, errno.EDQUOT}
 
 
 QUARANTINE = "quarantine"
-"""The folder of damaged files, in a run folder."""
+"""The folder for damaged files in a run folder."""
 
 
 def sha256(data: bytes) -> str:
-    """The SHA-256 of some bytes, in hexadecimal."""
+    """The SHA-256 of the data, in hexadecimal."""
     return hashlib.sha256(data).hexdigest()
 
 
 @contextmanager
 def explained(path: Path) -> Generator[None, None, None]:
-    """Turns an OSError about `path` into what happened, what is safe, and what to do.
+    """Turns an OSError about `path` into a message: what happened, what is safe, and what to do.
 
-    FolderError where the place is wrong, IncompleteError where the disk is full or fails.
+    FolderError if the path is wrong or access is denied, IncompleteError if the disk is full or fails.
     """
     try:
         yield
@@ -41,14 +41,14 @@ def explained(path: Path) -> Generator[None, None, None]:
         if error.errno in _REFUSED:
             raise FolderError(f"{reason}; give yourself access to it, or choose another folder with --out") from error
         if error.errno in _WRONG_PLACE:
-            raise FolderError(f"{reason}; give the path of a run folder, or of a new one with --out") from error
+            raise FolderError(f"{reason}; give the path of a run folder, or a new path with --out") from error
         remedy = "free some space" if error.errno in _FULL else "check the disk"
-        advice = "give the same command again: what was committed is kept"
+        advice = "give the same command again: committed results are kept"
         raise IncompleteError(f"{reason}; {remedy} and {advice}") from error
 
 
 def inside(root: Path, name: str) -> Path:
-    """The path of `name` under `root`; FolderError where it would lead out of it, also by a link."""
+    """The path of `name` under `root`; FolderError if it leads out of `root`, also through a link."""
     parts = PurePosixPath(name).parts
     plain = bool(parts) and not name.startswith("/") and not any(c in name for c in "\0\\") and ".." not in parts
     path = root.joinpath(*parts) if plain else root
@@ -59,7 +59,7 @@ def inside(root: Path, name: str) -> Path:
 
 
 def exists(path: Path) -> bool:
-    """Whether it is a file."""
+    """Whether the path is a file."""
     with explained(path):
         return path.is_file()
 
@@ -71,12 +71,12 @@ def read(path: Path) -> bytes:
 
 
 def replace(path: Path, data: bytes) -> None:
-    """Puts `data` at `path` atomically: whoever reads sees the old bytes or the new ones, also after a power cut."""
+    """Writes `data` to `path` atomically: a reader sees the old bytes or the new bytes, also after a power cut."""
     _publish(path, data, os.replace)
 
 
 def publish(path: Path, data: bytes) -> bool:
-    """Puts `data` at `path` unless a file is there: the first writer wins. Whether `path` now holds `data`."""
+    """Writes `data` to `path` unless the file exists: the first writer wins. Returns whether `path` now holds `data`."""
     _publish(path, data, _link)
     return read(path) == data
 
@@ -86,8 +86,8 @@ def _link(temporary: Path, path: Path) -> None:
         os.link(temporary, path)
 
 
-def _publish(path: Path, data: bytes, name_it: Callable[[Path, Path], None]) -> None:
-    """Temporary file beside `path` -> write -> fsync -> re-read and compare -> give it its name -> fsync the folder."""
+def _publish(path: Path, data: bytes, move: Callable[[Path, Path], None]) -> None:
+    """Temporary file next to `path` -> write -> fsync -> read back and compare -> move to `path` -> fsync the folder."""
     with explained(path):
         if not path.parent.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -100,35 +100,37 @@ def _publish(path: Path, data: bytes, name_it: Callable[[Path, Path], None]) -> 
                 os.fsync(file.fileno())
             if temporary.read_bytes() != data:
                 raise OSError(errno.EIO, "the disk gave back other bytes than were written")
-            name_it(temporary, path)
+            move(temporary, path)
         finally:
             temporary.unlink(missing_ok=True)
         sync(path.parent)
 
 
 def is_temporary(name: str) -> bool:
-    """Whether this is the name of a file that `replace` or `publish` has not given its own."""
+    """Whether this is the name of a temporary file of `replace` or `publish`."""
     return re.fullmatch(r"\..+\.[0-9a-f]{32}", name) is not None
 
 
 def listing(root: Path, folders: Iterable[str], sweep: bool = True) -> dict[str, int]:
-    """Name and size in bytes of every file in `root` and in some folders in it. sweep: temporary files, which a stopped process
-    left, are removed."""
-    found: dict[str, int] = {}
+    """Name and size in bytes of every file in `root` and in the given folders below it.
+
+    sweep: remove temporary files, which a stopped process left.
+    """
+    sizes: dict[str, int] = {}
     for folder in ("", *folders):
         with explained(root / folder), suppress(FileNotFoundError), os.scandir(root / folder) as entries:
             for entry in entries:
                 if not entry.is_file(follow_symlinks=False):
                     continue
                 if not is_temporary(entry.name):
-                    found[f"{folder}/{entry.name}".lstrip("/")] = entry.stat().st_size
+                    sizes[f"{folder}/{entry.name}".lstrip("/")] = entry.stat().st_size
                 elif sweep:
                     os.unlink(entry.path)
-    return found
+    return sizes
 
 
 def set_aside(root: Path, name: str) -> None:
-    """Moves a file into `quarantine/`, under a name that is still free."""
+    """Moves a file to `quarantine/` under an unused name."""
     source, place = inside(root, name), inside(root, QUARANTINE)
     with explained(source):
         if source.exists():
@@ -138,7 +140,7 @@ def set_aside(root: Path, name: str) -> None:
 
 
 def sync(folder: Path) -> None:
-    """Makes the names in a folder durable (fsync)."""
+    """Makes the names of the files in a folder durable (fsync)."""
     handle = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(handle)
@@ -147,9 +149,9 @@ def sync(folder: Path) -> None:
 
 
 def lock(folder: Path) -> int:
-    """Claims a folder for this process until the returned handle is closed or the process ends.
+    """Locks a folder for this process until the returned handle is closed or the process ends.
 
-    UsageError where another one has it.
+    UsageError if another process holds the lock.
     """
     with explained(folder):
         handle = os.open(folder, os.O_RDONLY)

@@ -1,4 +1,4 @@
-"""What was made from the data (report, summary, figures) and its SHA-256, in the form that `sha256sum -c SHA256SUMS` reads."""
+"""SHA-256 of the files made from the data (report, summary, figures), in the format of `sha256sum -c SHA256SUMS`."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ _ADVICE = "`rvjax report` makes it again"
 
 
 def seal(root: Path, made: Mapping[str, str]) -> None:
-    """Notes the SHA-256 of files by their names; figures of an earlier report that this one does not have are removed."""
+    """Writes the SHA-256 of the files, by name, and removes figures of an earlier report that are not among them."""
     atomic_files.replace(root / NAME, "".join(f"{digest}  {name}\n" for name, digest in sorted(made.items())).encode())
-    for name in _there(root) - made.keys():
+    for name in _existing(root) - made.keys():
         with atomic_files.explained(root / name):
             (root / name).unlink()
 
 
 def complaints(root: Path) -> list[str]:
-    """One for each file that is not as it was made; none where nothing was made."""
+    """A message for each file that is missing or was changed; empty if no report was made."""
     path = root / NAME
-    there = _there(root)
+    existing = _existing(root)
     if not atomic_files.exists(path):
-        return [f"{path}: missing, so nothing says whether the report is whole; {_ADVICE}"] if there else []
+        return [f"{path}: missing, so the report cannot be verified; {_ADVICE}"] if existing else []
     data = atomic_files.read(path)
     lines = [_LINE.fullmatch(line) for line in data.decode(errors="replace").splitlines()]
     noted = {match[2]: match[1] for match in lines if match}
     if None in lines or not data.endswith(b"\n") or any(not _MADE.fullmatch(name) for name in noted):
         return [f"{path}: damaged or edited; {_ADVICE}"]
-    found: list[str] = []
-    for name in sorted(there | noted.keys()):
-        if name not in there:
-            found.append(f"{root / name}: missing, but {NAME} names it; {_ADVICE}")
+    messages: list[str] = []
+    for name in sorted(existing | noted.keys()):
+        if name not in existing:
+            messages.append(f"{root / name}: missing, but listed in {NAME}; {_ADVICE}")
         elif noted.get(name) != atomic_files.sha256(atomic_files.read(root / name)):
-            found.append(f"{root / name}: damaged or edited, it is not what {NAME} says; {_ADVICE}")
-    return found
+            messages.append(f"{root / name}: damaged or edited, its SHA-256 is not that in {NAME}; {_ADVICE}")
+    return messages
 
 
 def verified(root: Path, name: str) -> bytes | None:
-    """A file as it was made; None where it is not there, or is not what was noted."""
+    """The bytes of a file; None if it is missing or its SHA-256 is not in `SHA256SUMS`."""
     if not atomic_files.exists(root / NAME) or not atomic_files.exists(root / name):
         return None
     data = atomic_files.read(root / name)
@@ -52,6 +52,6 @@ def verified(root: Path, name: str) -> bytes | None:
     return data if noted in atomic_files.read(root / NAME).decode(errors="replace").splitlines() else None
 
 
-def _there(root: Path) -> set[str]:
-    """The names of what was made, by this report or an earlier one."""
+def _existing(root: Path) -> set[str]:
+    """The names of all files from this report or an earlier report."""
     return {name for name in atomic_files.listing(root, ("figures",), sweep=False) if _MADE.fullmatch(name)}

@@ -1,4 +1,4 @@
-"""A file of data: a table with its entry, which is the same wherever it was written, and can be told from the file alone."""
+"""DataFile: a table as bytes with its manifest entry. The same table gives the same bytes and the same entry."""
 
 from __future__ import annotations
 
@@ -17,42 +17,44 @@ from rvjax.run_folder.samples_table import KEYS
 
 
 class DataFile(NamedTuple):
-    """data: the bytes; None where they are in their place already, written by whoever made them."""
+    """entry: name, size and SHA-256. data: the bytes; None if a worker has written them to the run folder already."""
 
     entry: Entry
     data: bytes | None
 
     @classmethod
     def of(cls, key: Key, table: pd.DataFrame | pa.Table, columns: Mapping[str, Column], identity: str) -> DataFile:
-        """The table as bytes. identity: digest of the run's. ValueError where a column has no description in `columns`."""
+        """Encodes a table. identity: digest of the run's identity. ValueError if a column has no description in `columns`."""
         known = columns if key.part == "traces" else {**KEYS, **columns}
         data = parquet.encode(table, known, identity)
         samples = np.array([key.number]) if key.part == "traces" else np.asarray(table["sample"])
         return cls(_entry(key, data, samples), data)
 
     def put(self, root: Path) -> DataFile:
-        """Writes the bytes into a run folder; the first writer wins, and all write the same."""
+        """Writes the bytes into a run folder. The first writer wins; all writers write the same bytes."""
         if self.data is not None:
             path = atomic_files.inside(root, self.entry.file)
-            if not atomic_files.publish(path, self.data):  # damaged: by its name it ought to hold these bytes
+            if not atomic_files.publish(
+                path, self.data
+            ):  # the file that is there is damaged: its name contains the SHA-256 of these bytes
                 atomic_files.set_aside(root, self.entry.file)
                 atomic_files.publish(path, self.data)
         return DataFile(self.entry, None)
 
 
 def recognised(root: Path, file: str, identity: str) -> Entry | None:
-    """The entry of a file of data that is whole and of a run with this identity; None where it is not."""
+    """The entry of a data file; None if the file is damaged or belongs to a run with another identity."""
     key = Key.of(file)
     data = atomic_files.read(atomic_files.inside(root, file))
     if key is None or key.file(atomic_files.sha256(data)) != file:
         return None
     try:
-        found, samples = parquet.samples_of(data)
+        run, samples = parquet.samples_of(data)
     except (pa.ArrowException, OSError):
         return None
     if key.part == "traces":
         samples = np.array([key.number])
-    return _entry(key, data, samples) if found == identity and samples is not None and samples.size else None
+    return _entry(key, data, samples) if run == identity and samples is not None and samples.size else None
 
 
 def _entry(key: Key, data: bytes, samples: np.ndarray) -> Entry:

@@ -1,7 +1,7 @@
-"""The manifest: what a run is, and name, size and SHA-256 of every file of data that belongs to it.
+"""The manifest: the head of a run, and name, size and SHA-256 of each of its data files.
 
-One JSON document whose last entry is the SHA-256 of all that stands before it, so that a change anywhere is noticed. It is
-written as a whole, at the start and at the end of a run; what comes between them is in the journal (`rvjax.run_folder.journal`).
+It is a JSON document that ends with the SHA-256 of all bytes before it, so that any change is noticed. It is written as a whole,
+at the start and at the end of a run; files that are added between are in the journal (`rvjax.run_folder.journal`).
 """
 
 from __future__ import annotations
@@ -25,32 +25,32 @@ NAME = "manifest.json"
 Part = Literal["samples", "envelopes", "traces"]
 Digest = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 
-REBUILD = "`rvjax doctor` with this folder makes it again from the files"
+REBUILD = "run `rvjax doctor` on this folder to rebuild it from the data files"
 
 _FILE = re.compile(r"(samples|envelopes|traces)/(?:sample-(?=\d{7}))?(\d{5,})-([0-9a-f]{16})\.parquet")
 
 
 class Key(NamedTuple):
-    """A file of data by what it is of: a chunk's samples or envelopes, or a sample's trace."""
+    """The contents of a data file: the samples or envelopes of a chunk, or the trace of a sample."""
 
     part: Part
     number: int
 
     def file(self, sha256: str) -> str:
-        """Its name in the run folder, with the first 16 digits of its SHA-256: a file shows by itself whether it is whole."""
+        """The file's name in the run folder. It has the first 16 digits of the SHA-256, so a file can be verified by its name."""
         stem = f"sample-{self.number:07d}" if self.part == "traces" else f"{self.number:05d}"
         return f"{self.part}/{stem}-{sha256[:16]}.parquet"
 
     @classmethod
     def of(cls, file: str) -> Key | None:
-        """The inverse of `file`; None where it is no such name."""
+        """The inverse of `file`; None if the name is not that of a data file."""
         match = _FILE.fullmatch(file)
         key = match and cls(cast("Part", match[1]), int(match[2]))
         return key if match and key and key.file(match[3]) == file else None
 
 
 class Entry(BaseModel):
-    """A file of data: `count` samples from number `first` on."""
+    """A data file in the manifest: `count` samples from number `first` on."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -64,26 +64,26 @@ class Entry(BaseModel):
     def _named(self) -> Self:
         key = Key.of(self.file)
         if key is None or key.file(self.sha256) != self.file:
-            raise ValueError(f"{self.file} is no name of a file of data with this SHA-256")
+            raise ValueError(f"{self.file} is not the name of a data file with this SHA-256")
         return self
 
     @property
     def key(self) -> Key:
-        """What the file is of."""
+        """The contents of the file."""
         return cast("Key", Key.of(self.file))
 
     @property
     def number(self) -> int:
-        """The chunk, or the sample of a trace."""
+        """The number of the chunk, or of the sample of a trace."""
         return self.key.number
 
 
 class Audited(BaseModel):
-    """What was proved of the dispersions before the first flight.
+    """The result of the audit of the dispersions before the first flight.
 
-    dispersions: how many were audited. read_back: drawn columns that were found in the compiled program as the table has them.
-    acting: dispersions that changed a flight when they alone were moved; moved: each with the number that it changed most.
-    idle: those without an effect, which `audit.allow` lets pass, each with the number of flights that it was tried on.
+    dispersions: how many were audited. read_back: drawn columns whose values in the compiled program are those of the table.
+    acting: dispersions that changed a flight when moved alone; moved: each of them with the number it changed most. idle:
+    dispersions without an effect, which `audit.allow` permits, each with the number of flights that were tried.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -105,7 +105,7 @@ class Audited(BaseModel):
             return "Nothing is drawn: there was no dispersion to audit."
         audited = "1 dispersion was" if self.dispersions == 1 else f"{self.dispersions:,} dispersions were"
         read = "1 drawn column was" if self.read_back == 1 else f"{self.read_back:,} drawn columns were"
-        idle = f"; without an effect, as audit.allow lets them: {', '.join(self.idle)}" if self.idle else ""
+        idle = f"; without an effect, as audit.allow permits: {', '.join(self.idle)}" if self.idle else ""
         return (
             f"Before the first flight {audited} audited: {read} read back inside the compiled program, bit for bit or by an "
             f"independent formula, and {self.acting:,} acted when moved alone{idle}."
@@ -113,8 +113,7 @@ class Audited(BaseModel):
 
 
 class Head(BaseModel):
-    """The run's name, requested samples, identity, provenance and audit, and the SHA-256 of its campaign file and of those it
-    names."""
+    """The head of a run: name, samples, identity, provenance, audit, and the SHA-256 of the campaign file and its inputs."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -132,14 +131,14 @@ ENTRIES = TypeAdapter(list[Entry])
 
 
 class Manifest:
-    """A run's head, and its files of data by their keys."""
+    """The head of a run and the entries of its data files by key."""
 
     def __init__(self, head: Head, entries: Iterable[Entry] = ()) -> None:
         self.head = head
         self.entries = {entry.key: entry for entry in entries}
 
     def encode(self) -> bytes:
-        """The document; the same manifest gives the same bytes."""
+        """The document as bytes; the same manifest gives the same bytes."""
         head = json.dumps(plain(self.head.model_dump()), indent=1).removesuffix("\n}")
         lines = ",\n  ".join(json.dumps(self.entries[key].model_dump()) for key in sorted(self.entries))
         body = f'{head},\n "files": [\n  {lines}\n ],\n'.encode()
@@ -147,14 +146,14 @@ class Manifest:
 
     @classmethod
     def decode(cls, path: Path, data: bytes) -> Self:
-        """The inverse of `encode`. FolderError where the bytes, those of `path`, were changed or are of another version."""
+        """The inverse of `encode`. path: for messages. FolderError if the bytes were changed or have another format version."""
         body = data[: -len(_seal(b""))]
         try:
             document = json.loads(data)
             if document["format"] != FORMAT:
-                found = document["format"]
-                raise FolderError(f"{path}: format {found!r}, {FORMAT} is accepted; use the rvjax that wrote it")
-            del document["sha256"]  # compared below, with everything else
+                version = document["format"]
+                raise FolderError(f"{path}: format {version!r}; accepted: {FORMAT}; use the version of rvjax that wrote it")
+            del document["sha256"]  # compared below with the whole document
             entries = ENTRIES.validate_python(document.pop("files"))
             manifest = cls(Head.model_validate(document), entries)
         except (ValidationError, ValueError, KeyError, TypeError, RecursionError) as error:
@@ -162,7 +161,7 @@ class Manifest:
         if body + _seal(body) != data:
             raise FolderError(f"{path}: damaged or edited, it does not match the SHA-256 at its end; {REBUILD}")
         if len(manifest.entries) != len(entries):
-            raise FolderError(f"{path}: damaged, it names two files of one chunk; {REBUILD}")
+            raise FolderError(f"{path}: damaged, it names two files for the same chunk; {REBUILD}")
         return manifest
 
 
@@ -171,7 +170,7 @@ def _seal(body: bytes) -> bytes:
 
 
 def digest(identity: Mapping[str, Any]) -> str:
-    """The SHA-256 of an identity; every file of data carries it."""
+    """The SHA-256 of an identity; every data file contains it."""
     return atomic_files.sha256(json_bytes(identity))
 
 
@@ -181,7 +180,7 @@ def json_bytes(document: Mapping[str, Any]) -> bytes:
 
 
 def plain(value: Any) -> Any:
-    """The value as JSON has it: tuples and arrays as lists, NumPy's numbers as Python's, those not finite as None."""
+    """The value as plain JSON: tuples and arrays as lists, NumPy numbers as Python numbers, not finite numbers as None."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in cast("Mapping[Any, Any]", value).items()}
     if isinstance(value, list | tuple):
@@ -192,19 +191,19 @@ def plain(value: Any) -> Any:
 
 
 def differences(
-    found: Mapping[str, Any], expected: Mapping[str, Any], theirs_is: str = "the folder", ours_is: str = "this run"
+    first: Mapping[str, Any], second: Mapping[str, Any], first_name: str = "the folder", second_name: str = "this run"
 ) -> list[str]:
-    """One line per part in which two identities differ: its dotted path and both values, each with whose it is."""
-    theirs, ours = _leaves(plain(found)), _leaves(plain(expected))
+    """A line for each value in which two identities differ: its dotted path and both values."""
+    a, b = _leaves(plain(first)), _leaves(plain(second))
     return [
-        f"{path}: {theirs_is} has {theirs.get(path, 'nothing')}, {ours_is} has {ours.get(path, 'nothing')}"
-        for path in sorted(ours.keys() | theirs.keys())
-        if ours.get(path) != theirs.get(path)
+        f"{path}: {first_name} has {a.get(path, 'nothing')}, {second_name} has {b.get(path, 'nothing')}"
+        for path in sorted(a.keys() | b.keys())
+        if a.get(path) != b.get(path)
     ]
 
 
 def _leaves(value: Any, path: str = "") -> dict[str, str]:
-    """Every scalar of a nested document as JSON text, by its dotted path."""
+    """Every scalar of a nested document as JSON text, by dotted path."""
     if not value or not isinstance(value, dict | list):
         return {path: json.dumps(value, ensure_ascii=False)}
     items = cast("dict[str, Any]", value).items() if isinstance(value, dict) else enumerate(cast("list[Any]", value))
@@ -215,11 +214,11 @@ def _leaves(value: Any, path: str = "") -> dict[str, str]:
 
 
 TOGETHER = 64
-"""Chunks in a group of neighbours, at most."""
+"""The largest number of chunks in a group of neighbours."""
 
 
 def neighbours(chunks: Iterable[Entry], most: int = TOGETHER) -> Iterator[list[Entry]]:
-    """Chunks in groups whose samples lie without a gap."""
+    """Groups of up to `most` consecutive chunks without a gap between their samples."""
     group: list[Entry] = []
     for chunk in chunks:
         if group and (len(group) == most or chunk.first != group[-1].first + group[-1].count):

@@ -1,6 +1,6 @@
-"""Tables as Parquet bytes: every column with its unit and meaning, every page with its checksum.
+"""Tables as Parquet bytes: every column has its unit and description, every page its checksum.
 
-zstd, floats split by byte stream (bit-exact: NaN and infinities survive). The same table gives the same bytes.
+zstd compression, floats split by byte stream (bit-exact, including NaN and infinities). The same table gives the same bytes.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from rvjax.columns import Column
 
 IDENTITY = b"rvjax.execution.identity"
-"""Where a file of data says of which run it is."""
+"""The metadata key of a data file for the digest of its run's identity."""
 
 
 def encode(table: pd.DataFrame | pa.Table, columns: Mapping[str, Column], identity: str = "") -> bytes:
-    """The table as Parquet, unit, description and better direction in each field's metadata. identity: digest of the run's.
+    """The table as Parquet, with unit, description and better direction in the metadata of each field.
 
-    ValueError where a column has no description in `columns`.
+    identity: digest of the run's identity. ValueError if a column has no description in `columns`.
     """
     if isinstance(table, pd.DataFrame):
         table = pa.table({name: pa.array(table[name].to_numpy()) for name in table.columns})
@@ -49,24 +49,24 @@ def encode(table: pd.DataFrame | pa.Table, columns: Mapping[str, Column], identi
 
 
 def decode(data: bytes) -> tuple[pd.DataFrame, dict[str, Column]]:
-    """The inverse of `encode`; pyarrow.ArrowInvalid or OSError where the bytes are not such a table."""
+    """The inverse of `encode`; pyarrow.ArrowInvalid or OSError if the bytes are not such a table."""
     arrow = pq.read_table(pa.BufferReader(data), page_checksum_verification=True)
     columns = {field.name: _column(field) for field in arrow.schema}
     return arrow.to_pandas(), columns
 
 
 def some_of(data: bytes, names: Sequence[str]) -> pa.Table:
-    """Some columns of a table; errors as in `decode`, KeyError where it lacks one."""
+    """The columns `names` of a table; errors as in `decode`, KeyError if a column is missing."""
     file = pq.ParquetFile(pa.BufferReader(data), page_checksum_verification=True)
-    found = file.read(list(names), use_threads=False)
-    if missing := [name for name in names if name not in found.column_names]:
+    table = file.read(list(names), use_threads=False)
+    if missing := [name for name in names if name not in table.column_names]:
         raise KeyError(missing[0])
-    return found.select(list(names)).replace_schema_metadata(None)
+    return table.select(list(names)).replace_schema_metadata(None)
 
 
-def same_table(one: bytes, other: bytes) -> bool:
-    """Whether two tables hold the same, bit by bit, whoever encoded them; errors as in `decode`."""
-    return _bits(one) == _bits(other)
+def same_table(first: bytes, second: bytes) -> bool:
+    """Whether two encoded tables have the same values, bit for bit; errors as in `decode`."""
+    return _bits(first) == _bits(second)
 
 
 def _bits(data: bytes) -> dict[str, Any]:
@@ -75,8 +75,7 @@ def _bits(data: bytes) -> dict[str, Any]:
 
 
 def samples_of(data: bytes) -> tuple[str, NDArray[np.int64] | None]:
-    """The digest of the run's identity ("" where there is none), and the column `sample` of a table that has one; errors as in
-    `decode`."""
+    """The digest of the run's identity (empty if missing) and the column `sample` (None if missing); errors as in `decode`."""
     file = pq.ParquetFile(pa.BufferReader(data), page_checksum_verification=True)
     identity = (file.schema_arrow.metadata or {}).get(IDENTITY, b"").decode()
     there = "sample" in file.schema_arrow.names
@@ -84,8 +83,8 @@ def samples_of(data: bytes) -> tuple[str, NDArray[np.int64] | None]:
 
 
 def _metadata(column: Column) -> dict[str, str]:
-    told = {"unit": column.unit, "description": column.description, "better": column.better}
-    return told | {name: text for name, text in (("kind", column.kind), ("law", column.law)) if text}
+    required = {"unit": column.unit, "description": column.description, "better": column.better}
+    return required | {name: text for name, text in (("kind", column.kind), ("law", column.law)) if text}
 
 
 def _column(field: pa.Field) -> Column:

@@ -1,4 +1,4 @@
-"""The samples table: one row per sample, each with exactly one outcome; nothing is ever dropped."""
+"""The samples table: a row per sample, each with exactly one outcome. No sample is ever dropped."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from rvjax.columns import Column
 from rvjax.errors import FolderError
 
 OUTCOMES = ("captured", "not_settled", "not_finite")
-"""What can become of a sample; exactly one of them does."""
+"""The possible outcomes of a sample; each sample has exactly one."""
 
 KEYS = {
     "sample": Column("sample", "", "number of the sample, from 0"),
     "outcome": Column("outcome", "", f"what became of the sample: {', '.join(OUTCOMES)}"),
 }
-"""The columns that every samples table has; their description is known."""
+"""The columns that every samples table has."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Samples:
 
 @dataclass(frozen=True)
 class Account:
-    """requested = captured + not_settled + not_finite + missing, or FolderError."""
+    """Numbers of samples: requested = captured + not_settled + not_finite + missing; FolderError otherwise."""
 
     requested: int
     captured: int
@@ -50,7 +50,7 @@ class Account:
 
 
 def check_chunk(chunk: int, sample: np.ndarray, outcome: np.ndarray) -> None:
-    """ValueError unless a chunk's samples are consecutive and each has one of the outcomes."""
+    """ValueError unless the samples of a chunk are consecutive and have known outcomes."""
     if not sample.size or sample[0] < 0 or not np.array_equal(sample, sample[0] + np.arange(sample.size)):
         raise ValueError(f"chunk {chunk}: samples must be consecutive from a number >= 0; found {sample}")
     if unknown := set(outcome.tolist()) - set(OUTCOMES):
@@ -58,13 +58,13 @@ def check_chunk(chunk: int, sample: np.ndarray, outcome: np.ndarray) -> None:
 
 
 def join(tables: Mapping[str, tuple[pd.DataFrame, dict[str, Column]]], requested: int) -> Samples:
-    """The chunks' tables, by file name, as one.
+    """Joins the tables of all chunks. tables: table and columns by file name.
 
-    FolderError where their columns differ, a sample is there twice, or one was never requested.
+    FolderError if their columns differ, or a sample is there twice or was never requested.
     """
     first, columns = next((name, columns) for name, (_, columns) in tables.items())
-    for name, (_, found) in tables.items():
-        if odd := sorted(key for key in found.keys() | columns if found.get(key) != columns.get(key)):
+    for name, (_, others) in tables.items():
+        if odd := sorted(key for key in others.keys() | columns if others.get(key) != columns.get(key)):
             raise FolderError(f"{name}: other columns than in {first}: {', '.join(odd)}; fly the campaign again")
     frame = pd.concat([frame for frame, _ in tables.values()], ignore_index=True)
     frame = frame.sort_values("sample", kind="stable", ignore_index=True)

@@ -1,4 +1,4 @@
-"""Store: the files of data of a run folder and the entries that say what they are, kept in line with each other."""
+"""Store: keeps the data files of a run folder and their entries in the manifest consistent."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from rvjax.cores import cores
-from rvjax.errors import DamagedError, FolderError
+from rvjax.errors import DamagedError, FolderError, RvjaxError
 from rvjax.run_folder import atomic_files
 from rvjax.run_folder.data_file import DataFile, recognised
 from rvjax.run_folder.journal import NAME as JOURNAL
@@ -17,30 +17,35 @@ from rvjax.run_folder.manifest import NAME, Entry, Head, Key, Manifest, Part, di
 from rvjax.run_folder.parquet import same_table
 
 PARTS: tuple[Part, ...] = ("samples", "envelopes", "traces")
-"""The folders of data."""
+"""The folders of data files."""
 
 
 class Store:
-    """One process at a time may change it: the one that has claimed it."""
+    """The data files of a run folder, their manifest, and the lock: only the process that holds the lock may write."""
 
-    def __init__(self, root: Path, journal: Journal) -> None:
-        self.root = root
+    def __init__(self, root: Path, journal: Journal, manifest: Manifest) -> None:
+        self.root, self.manifest = root, manifest
         self._journal = journal
         self._lock: int | None = None
 
     @classmethod
     def new(cls, root: Path, head: Head) -> Store:
-        """Claims a place where nothing is on the disk yet; `fold` puts it there."""
-        store = cls(root, Journal(root, Manifest(head)))
+        """Locks a new folder; `fold` writes the manifest."""
+        store = cls(root, Journal(root), Manifest(head))
         store._lock = atomic_files.lock(root)
         return store
 
     @classmethod
-    def rebuild(cls, root: Path) -> Store:
-        """Makes manifest and journal again: the head from whichever of them is whole, all else from the files of data. The
-        damaged ones go to `quarantine/`.
+    def open(cls, root: Path) -> Store:
+        """Reads manifest and journal. Errors as in `Journal.read`."""
+        return cls(root, *Journal.read(root))
 
-        FolderError where neither is whole, or two whole files hold different samples of one chunk.
+    @classmethod
+    def rebuild(cls, root: Path) -> Store:
+        """Rebuilds manifest and journal: the head from the undamaged file of the two, the entries from the data files. Damaged
+        files go to `quarantine/`.
+
+        FolderError if both are damaged, or if two whole files hold different samples of the same chunk.
         """
         store = cls.new(root, head_of(root))
         try:
@@ -54,31 +59,21 @@ class Store:
         return store
 
     @property
-    def head(self) -> Head:
-        """What the run is; to be changed before `fold`."""
-        return self._journal.manifest.head
-
-    @property
-    def entries(self) -> dict[Key, Entry]:
-        """The files of data."""
-        return self._journal.manifest.entries
-
-    @property
     def claimed(self) -> bool:
-        """Whether this process is the one that writes."""
+        """Whether this process holds the lock."""
         return self._lock is not None
 
     def keys(self, part: Part) -> list[Key]:
-        """The files of a part, in ascending order."""
-        return sorted(key for key in self.entries if key.part == part)
+        """The keys of a part in ascending order."""
+        return sorted(key for key in self.manifest.entries if key.part == part)
 
     def claim(self) -> None:
-        """Makes this process the one that writes, from what is there now. UsageError where another one does."""
+        """Takes the lock and reads the folder again if it was changed. UsageError if another process holds the lock."""
         if self._lock is None:
             lock = atomic_files.lock(self.root)
             try:
                 if not self._journal.current:
-                    self._journal = Journal.read(self.root)
+                    self._journal, self.manifest = Journal.read(self.root)
                 self.fold()
             except BaseException:
                 os.close(lock)
@@ -86,40 +81,45 @@ class Store:
             self._lock = lock
 
     def release(self) -> None:
-        """Lets other processes write."""
+        """Releases the lock."""
         self._journal.close()
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
 
     def fold(self) -> None:
-        """Puts everything into the manifest."""
-        self._journal.fold()
+        """Writes the manifest with all entries, and an empty journal."""
+        self._journal.fold(self.manifest)
 
     def take(self, file: DataFile) -> None:
-        """Adds a file, written here unless it is in its place already: on the disk and in the journal when this returns.
+        """Adds a data file and writes it unless a worker has: on the disk and in the journal on return.
 
-        FolderError where another table is there for the same key.
+        FolderError if the folder has another table with the same key.
         """
         self.claim()
-        there = self.entries.get(file.entry.key)
-        if there:
+        existing = self.manifest.entries.get(file.entry.key)
+        if existing:
             data = self.verified(file.entry) if file.data is None else file.data
-            if there.sha256 != file.entry.sha256 and not same_table(self.verified(there), data):
-                raise FolderError(_alarm(self.root, there, file.entry))
+            if existing.sha256 != file.entry.sha256 and not same_table(self.verified(existing), data):
+                raise _contradiction(self.root, existing, file.entry)
             return
         if file.data is None:
             self.verified(file.entry)
         else:
             file.put(self.root)
-        self._journal.add(file.entry)
+        self.manifest.entries[file.entry.key] = file.entry  # first, so that `fold` has it even if `append` is interrupted
+        try:
+            self._journal.append(file.entry)
+        except RvjaxError:
+            del self.manifest.entries[file.entry.key]
+            raise
 
     def verified(self, entry: Entry) -> bytes:
-        """The bytes of a file; FolderError where they are not what was committed."""
+        """The bytes of a data file; DamagedError if they are not the committed bytes."""
         return compared(self.root, entry.file, entry.sha256)
 
     def verify(self, entries: Sequence[Entry]) -> None:
-        """As `verified`, of many files, each core a part of them."""
+        """Verifies many data files in parallel; errors as in `verified`."""
 
         def read(part: Sequence[Entry]) -> None:
             for entry in part:
@@ -130,73 +130,77 @@ class Store:
             list(threads.map(read, (entries[first::count] for first in range(count))))
 
     def complaint(self, key: Key) -> str:
-        """What is wrong with a file; empty where nothing is."""
+        """The error message of a damaged file; empty if the file is whole."""
         try:
-            self.verified(self.entries[key])
+            self.verified(self.manifest.entries[key])
         except DamagedError as error:
             return str(error)
         return ""
 
     def take_stock(self, requested: int, lanes: int) -> None:
-        """Brings the entries in line with the files that are there, and with the samples that are requested now."""
-        found = atomic_files.listing(self.root, (*PARTS, "figures"))
-        for key, entry in list(self.entries.items()):
-            if found.pop(entry.file, None) != entry.bytes:
-                del self.entries[key]
+        """Updates the entries to the files on the disk and to the requested samples. lanes: samples of a full chunk."""
+        entries, sizes = self.manifest.entries, atomic_files.listing(self.root, (*PARTS, "figures"))
+        for key, entry in list(entries.items()):
+            if sizes.pop(entry.file, None) != entry.bytes:
+                del entries[key]
                 atomic_files.set_aside(self.root, entry.file)
-        self.head.samples = requested
-        self._adopt(name for name in found if name.startswith(tuple(f"{part}/" for part in PARTS)))
-        chunks = [self.entries[key] for key in self.keys("samples")]
-        cut = [chunk.number for chunk in chunks if chunk.count < min(lanes, requested - chunk.first)]
-        self.drop([Key(part, number) for part in ("samples", "envelopes") for number in cut])
+        self.manifest.head.samples = requested
+        self._adopt(name for name in sizes if name.startswith(tuple(f"{part}/" for part in PARTS)))
+        chunks = [entries[key] for key in self.keys("samples")]
+        incomplete = [chunk.number for chunk in chunks if chunk.count < min(lanes, requested - chunk.first)]
+        self.drop([Key(part, number) for part in ("samples", "envelopes") for number in incomplete])
 
     def drop(self, keys: Iterable[Key]) -> None:
-        """Removes files, first from the manifest."""
-        gone = [self.entries.pop(key) for key in keys if key in self.entries]
-        if gone:
+        """Removes data files, first from the manifest and then from the disk."""
+        entries = self.manifest.entries
+        removed = [entries.pop(key) for key in keys if key in entries]
+        if removed:
             self.fold()
-        for entry in gone:
+        for entry in removed:
             with atomic_files.explained(self.root / entry.file):
                 atomic_files.inside(self.root, entry.file).unlink(missing_ok=True)
 
     def set_aside(self, keys: Iterable[Key]) -> None:
-        """Takes damaged files out of the way and out of the manifest."""
+        """Moves damaged files to `quarantine/` and removes them from the manifest."""
         damaged = list(keys)
         if damaged:
             self.claim()
             for key in damaged:
-                atomic_files.set_aside(self.root, self.entries.pop(key).file)
+                atomic_files.set_aside(self.root, self.manifest.entries.pop(key).file)
             self.fold()
 
     def _adopt(self, names: Iterable[str]) -> None:
-        """Takes in the files that are whole and of this run; the others are set aside. Of two for one chunk, the one with more
-        samples is taken: the other was cut short when fewer were requested."""
-        identity = digest(self.head.identity)
+        """Adds the whole files of this run to the entries and moves all others to `quarantine/`.
+
+        Of two files for the same chunk, the file with more samples is added: the other is from a run with fewer samples.
+        """
+        head, entries = self.manifest.head, self.manifest.entries
+        identity = digest(head.identity)
         for name in names:
             entry = recognised(self.root, name, identity)
-            there = self.entries.get(entry.key) if entry else None
-            if entry and there and entry.count == there.count and entry.sha256 != there.sha256:
-                raise FolderError(_alarm(self.root, there, entry))
-            if entry and entry.first + entry.count <= self.head.samples and (there is None or there.count < entry.count):
-                self.entries[entry.key] = entry
+            existing = entries.get(entry.key) if entry else None
+            if entry and existing and entry.count == existing.count and entry.sha256 != existing.sha256:
+                raise _contradiction(self.root, existing, entry)
+            if entry and entry.first + entry.count <= head.samples and (existing is None or existing.count < entry.count):
+                entries[entry.key] = entry
             else:
                 atomic_files.set_aside(self.root, name)
 
 
 def compared(root: Path, name: str, sha256: str) -> bytes:
-    """The bytes of a file in the run folder; FolderError where their SHA-256 is another one."""
+    """The bytes of a file in the run folder; DamagedError if the file is missing or has another SHA-256."""
     path = atomic_files.inside(root, name)
-    advice = "`rvjax run` with the same --out sets it aside and flies it again"
+    advice = "`rvjax run` with the same --out moves it to quarantine/ and flies it again"
     if not atomic_files.exists(path):
         raise DamagedError(f"{path}: missing, but SHA-256 {sha256} was committed; {advice}")
     data = atomic_files.read(path)
-    if (found := atomic_files.sha256(data)) != sha256:
-        raise DamagedError(f"{path}: damaged or edited: SHA-256 {sha256} was committed, {found} is there; {advice}")
+    if (actual := atomic_files.sha256(data)) != sha256:
+        raise DamagedError(f"{path}: damaged or edited: SHA-256 {sha256} was committed, but it is {actual}; {advice}")
     return data
 
 
-def _alarm(root: Path, there: Entry, other: Entry) -> str:
-    return (
-        f"{root / there.file}: committed with SHA-256 {there.sha256}, flown again it has {other.sha256}; the same "
+def _contradiction(root: Path, existing: Entry, other: Entry) -> FolderError:
+    return FolderError(
+        f"{root / existing.file}: committed with SHA-256 {existing.sha256}, flown again it has {other.sha256}; the same "
         "identity must give the same bytes. Choose another folder with --out, and please report this"
     )

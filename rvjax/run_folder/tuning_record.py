@@ -1,6 +1,6 @@
-"""What a search found, as it is kept in `search.json` of its folder: candidates, how each came out, the confirmation. No flights.
+"""The record of a search in `search.json` of its folder: the candidates, their results and the confirmation.
 
-The report of a tuning is drawn from this alone.
+The report of a tuning is made from this record alone.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from rvjax.run_folder import checksums
 NAME = "search.json"
 TABLE = "candidates.csv"
 BEST = "best.yaml"
-TUNED, OWN = "tuned", "own"
-"""Folders of the two confirming runs."""
+TUNED, ORIGINAL = "tuned", "own"
+"""Folders of the two confirming runs: the best candidate and the original campaign."""
 FORMAT = 1
 
 Left = Literal["", "refused", "test", "halving", "budget"]
@@ -29,7 +29,7 @@ class _Part(BaseModel):
 
 
 class Axis(_Part):
-    """A parameter: its range in words, the campaign's own value and the best one. free: it has a coordinate of its own."""
+    """A parameter: its range in words, its original value (`own`) and its best value. free: it has a coordinate."""
 
     name: str
     range: str
@@ -40,7 +40,7 @@ class Axis(_Part):
 
 
 class Measured(_Part):
-    """An objective in words, its unit, whether it is to be large, whether it is a share, and its weight in a sum."""
+    """An objective in words, its unit, whether it should be large, whether it is a share, and its weight in a sum."""
 
     text: str
     unit: str
@@ -50,8 +50,11 @@ class Measured(_Part):
 
 
 class Row(_Part):
-    """A candidate. batch: that proposed it; u: its coordinates; values: of all parameters; round, samples: the last that it flew;
-    left: how it left; violation; objectives: each as it is shown; score: what is compared. first: score after the first round."""
+    """A candidate.
+
+    batch: the batch that proposed it; u: coordinates; values: of all parameters; round, samples: its last round and its samples;
+    left: how it left the race; objectives: as shown; score: the compared numbers; first: the score after the first round.
+    """
 
     candidate: int
     batch: int
@@ -75,8 +78,11 @@ class Interval(_Part):
 
 
 class Confirmed(_Part):
-    """An objective of the winner and of the campaign as it is, on fresh draws. difference: winner minus own, in pairs; searched:
-    of the winner on the draws that chose it; optimism: by how much that was too good."""
+    """An objective of the winner and of the original campaign (`own`), on fresh draws.
+
+    difference: winner minus original, in pairs; searched: the winner's value on the draws of the search; optimism: how much
+    better `searched` is than the value on fresh draws.
+    """
 
     text: str
     unit: str
@@ -91,8 +97,11 @@ class Confirmed(_Part):
 
 
 class Kept(_Part):
-    """A requirement: verdicts of the winner and of the campaign as it is, on fresh draws, and of a share how many samples comply
-    with one alone, with McNemar's p-value."""
+    """A requirement: its verdicts for the winner and for the original campaign (`own`), on fresh draws.
+
+    only_tuned, only_own: samples that comply only with the winner, only with the original; p_worse: McNemar's p-value. All three
+    are None unless the requirement is on a share.
+    """
 
     text: str
     tuned: str
@@ -103,7 +112,7 @@ class Kept(_Part):
 
 
 class Confirmation(_Part):
-    """samples, seed: of the fresh draws."""
+    """The confirmation on fresh draws. samples, seed: of these draws."""
 
     samples: int
     seed: int
@@ -113,7 +122,7 @@ class Confirmation(_Part):
 
 
 class Sensitivity(_Part):
-    """First-order share of the variance of the ranks of the first objective, over the candidates, that a parameter explains."""
+    """The first-order share of the variance of the first objective's ranks, over the candidates, that a parameter explains."""
 
     name: str
     share: Interval
@@ -121,8 +130,11 @@ class Sensitivity(_Part):
 
 
 class Cost(_Part):
-    """flights: of candidates; own: of the campaign as it is; full: as if every candidate had flown all samples; lanes: that flew;
-    programs: compiled; sizes, begun, by_test, by_halving: of each round of the races."""
+    """The cost of a search in flights.
+
+    flights: of candidates; own: of the original campaign; full: if every candidate had flown all samples; lanes: that flew;
+    programs: compiled; sizes, begun, by_test, by_halving: of each round of the races.
+    """
 
     flights: int
     own: int
@@ -136,8 +148,11 @@ class Cost(_Part):
 
 
 class Searched(_Part):
-    """Everything. start: the coordinates of the campaign as it is, none where it is outside of the ranges. best: number of the
-    best candidate, 0 the campaign as it is; front: the best ones of a goal with several."""
+    """The whole record.
+
+    start: coordinates of the original campaign, empty if it is outside of the ranges. best: number of the best candidate, 0 for
+    the original campaign; front: the best candidates of a goal with several objectives.
+    """
 
     format: Literal[1] = FORMAT
     name: str
@@ -157,7 +172,7 @@ class Searched(_Part):
     confirmation: Confirmation | None
 
     def encode(self) -> bytes:
-        """Strict JSON; numbers that are not finite as text."""
+        """Strict JSON; numbers that are not finite become text."""
         return f"{self.model_dump_json(indent=1)}\n".encode()
 
     @property
@@ -167,13 +182,13 @@ class Searched(_Part):
 
 
 def read(folder: Path) -> Searched | None:
-    """What a finished search found; None where it has not finished. FolderError where it was changed since."""
+    """Reads the record of a finished search; None if the search has not finished. FolderError if the file was changed."""
     if not (folder / NAME).exists():
         return None
     data = checksums.verified(folder, NAME)
     try:
         if data is None:
-            raise ValueError("it is not what SHA256SUMS says")
+            raise ValueError("its SHA-256 is not that in SHA256SUMS")
         return Searched.model_validate_json(data)
     except (ValidationError, ValueError) as error:
         raise FolderError(

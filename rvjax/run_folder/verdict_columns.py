@@ -1,7 +1,7 @@
-"""Extract: the columns that the requirements look at, of all samples in one file, so that judging a folder again is quick.
+"""Extract: the columns of the requirements, of all samples in a single file, so that judging a folder again is fast.
 
-It is made with the report and counts only while it fits: its SHA-256 is noted with those of the report, and it carries the digest
-of the chunks that it was made from.
+It is written with the report. It is used only if its SHA-256 is in `SHA256SUMS` and its metadata has the digest of the chunks of
+the folder.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from rvjax.run_folder.manifest import Entry
 
 NAME = "judged.parquet"
 MOST = 5_000_000
-"""Samples up to which it is kept."""
+"""The largest number of samples of an extract."""
 
 _CHUNKS = b"rvjax.chunks"
 
@@ -32,7 +32,7 @@ class Extract:
         self._n = 0
 
     def add(self, chunk: int, frame: pd.DataFrame, names: Sequence[str]) -> None:
-        """Takes in some columns of a chunk; nothing any more once there are too many samples."""
+        """Adds the columns of a chunk. With more than `MOST` samples the extract is dropped."""
         self._n += len(frame)
         if self._n > MOST:
             self._parts.clear()
@@ -41,7 +41,7 @@ class Extract:
         self._parts[chunk] = pa.table({"outcome": pa.array(frame["outcome"]).dictionary_encode(), **columns})
 
     def encoded(self, chunks: Sequence[Entry]) -> bytes | None:
-        """The file; None where it would not have all of these chunks."""
+        """The file as bytes; None unless all of these chunks were added."""
         if not chunks or sorted(self._parts) != [chunk.number for chunk in chunks]:
             return None
         whole = pa.concat_tables([self._parts[number] for number in sorted(self._parts)]).unify_dictionaries().combine_chunks()
@@ -53,17 +53,16 @@ class Extract:
 
 
 def digest(chunks: Sequence[Entry]) -> str:
-    """Of the chunks, by the SHA-256 of their files."""
+    """The SHA-256 over the SHA-256 of all chunk files."""
     return atomic_files.sha256("".join(chunk.sha256 for chunk in chunks).encode())
 
 
 def decoded(data: bytes, chunks: Sequence[Entry], names: Sequence[str]) -> tuple[pd.DataFrame, list[int]] | None:
-    """The columns of all samples and the row at which each chunk begins; None where the file is of other chunks, or lacks a
-    column."""
+    """The columns of all samples and the first row of each chunk; None if the file is of other chunks or lacks a column."""
     try:
         file = pq.ParquetFile(pa.BufferReader(data), page_checksum_verification=True)
-        there = file.schema_arrow
-        if (there.metadata or {}).get(_CHUNKS, b"").decode() != digest(chunks) or not {*names} <= {*there.names}:
+        schema = file.schema_arrow
+        if (schema.metadata or {}).get(_CHUNKS, b"").decode() != digest(chunks) or not {*names} <= {*schema.names}:
             return None
         frame = file.read(["sample", "outcome", *names]).to_pandas(strings_to_categorical=True)
     except (pa.ArrowException, OSError):

@@ -24,7 +24,7 @@ from rvjax.components.samplers.sobol import Sobol
 from rvjax.errors import CampaignError, UsageError
 from rvjax.execution.identity import PLAN, identity
 from rvjax.execution.run import _same_plan
-from rvjax.run_folder import RunFolder
+from rvjax.run_folder import RunDescription, RunFolder
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem, load
@@ -349,7 +349,8 @@ def test_a_plan_is_of_a_number_of_samples(tmp_path: Path) -> None:
     for name in ("monte-carlo", "sobol"):
         assert identity(problem(ALL[name], 40)) == identity(problem(ALL[name], 80))
     folder = tmp_path / "run"
-    RunFolder.create(folder, one, {}, "rvjax: 1\n", 40, "plan").close()
+    description = RunDescription(identity=one, provenance={}, campaign_text="rvjax: 1\n", samples=40, name="plan")
+    RunFolder.create(folder, description).close()
     with pytest.raises(UsageError, match="40 samples of latin-hypercube, now 80: a plan cannot be extended"):
         _same_plan(RunFolder.open(folder), other)
     _same_plan(RunFolder.open(folder), one)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from rvjax.run_folder import RunFolder
+from rvjax.run_folder import RunDescription, RunFolder
 
 Change = Callable[[pd.DataFrame], Mapping[str, object]]
 
@@ -17,7 +17,11 @@ def after(before: Path, place: Path, change: Change) -> Path:
     """The same run with other columns."""
     old = RunFolder.open(before)
     shutil.rmtree(place, ignore_errors=True)
-    with RunFolder.create(place, old.identity, old.provenance, old.campaign_text(), old.requested, old.name) as folder:
+    text = old.campaign_text()
+    description = RunDescription(
+        identity=old.identity, provenance=old.provenance, campaign_text=text, samples=old.requested, name=old.name
+    )
+    with RunFolder.create(place, description) as folder:
         for chunk, frame, columns in old.tables():
             folder.commit(chunk, frame.assign(**change(frame)), columns)
     return place

@@ -19,7 +19,7 @@ from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.dask_client import workers
 from rvjax.execution.executors.threads import local_threads
 from rvjax.execution.identity import identity, provenance
-from rvjax.run_folder import RunFolder
+from rvjax.run_folder import RunDescription, RunFolder
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.problem import load
 from tests.program import Run
@@ -42,12 +42,23 @@ def inline(runner: ChunkRunner, tmp_path_factory: pytest.TempPathFactory) -> dic
     return data(folder)
 
 
+def described(runner: ChunkRunner) -> RunDescription:
+    """The run of this module."""
+    problem = runner.problem
+    return RunDescription(
+        identity=identity(problem),
+        provenance=provenance([], OVERRIDES),
+        campaign_text=problem.spec.source.text,
+        samples=SAMPLES,
+        name="short",
+    )
+
+
 def fly(
     runner: ChunkRunner, place: Path, crew: ExecutorFactory, seen: Callable[[ChunkResult], None] = lambda result: None
 ) -> None:
     """Flies all chunks into a new folder, the last ones first. seen: called with each, once it is committed."""
-    described = (provenance([], OVERRIDES), runner.problem.spec.source.text, SAMPLES, "short")
-    with RunFolder.create(place, identity(runner.problem), *described) as folder, crew(runner, folder) as executor:
+    with RunFolder.create(place, described(runner)) as folder, crew(runner, folder) as executor:
 
         def take(result: ChunkResult) -> None:
             for file in result.files:
@@ -59,9 +70,8 @@ def fly(
 
 def go_on(runner: ChunkRunner, place: Path) -> None:
     """Flies what the folder lacks, without Dask."""
-    described = (provenance([], OVERRIDES), runner.problem.spec.source.text, SAMPLES, "short")
     with (
-        RunFolder.resume(place, identity(runner.problem), *described, LANES) as folder,
+        RunFolder.resume(place, described(runner), LANES) as folder,
         local_threads(runner, folder) as executor,
     ):
         executor.fly(

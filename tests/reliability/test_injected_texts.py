@@ -26,7 +26,7 @@ from rvjax.report.blocks import Code, Drawing, Headline, Mark, Named, Section, T
 from rvjax.report.figures import Picture
 from rvjax.report.number_format import label
 from rvjax.report.plotting import axes
-from rvjax.run_folder import Audited, Column, RunFolder
+from rvjax.run_folder import Audited, Column, RunDescription, RunFolder
 from tests.program import Run
 from tests.reliability.texts import PATHS, harmless, printable, quoted, texts
 from tests.report.conftest import make
@@ -172,7 +172,9 @@ def reported(place: Path, all_texts: Sequence[str], file_texts: Sequence[str], n
     identity = {**dict.fromkeys(("seed", "device", "precision", "rvjax"), first), "texts": {text: text for text in all_texts}}
     overrides = [f"description={quoted(text)}" for text in (*file_texts[::16], " ".join(file_texts))]
     provenance = {"started": first, "command": ["rvjax", *all_texts], "overrides": overrides, "host": list(all_texts)}
-    with RunFolder.create(place, identity, provenance, whole.campaign_text(), SAMPLES, "made-up") as folder:
+    text = whole.campaign_text()
+    description = RunDescription(identity=identity, provenance=provenance, campaign_text=text, samples=SAMPLES, name="made-up")
+    with RunFolder.create(place, description) as folder:
         idle = dict.fromkeys(all_texts, 1)
         folder.keep_audit(Audited(dispersions=len(idle), read_back=1, acting=0, idle=idle, moved={}))
         folder.commit(0, frame, columns)
@@ -335,8 +337,14 @@ def test_nothing_is_written_through_a_link(tmp_path: Path, part: str) -> None:
     damaged = next(run.glob("samples/*.parquet"))
     damaged.write_bytes(damaged.read_bytes()[:-1])
     opened = RunFolder.open(run)
-    again = (opened.identity, opened.provenance, "rvjax: 1\n", opened.requested, opened.name, 256)
-    write = {"figures": lambda: opened.write_text("figures/x.svg", "x"), "quarantine": lambda: RunFolder.resume(run, *again)}
+    again = RunDescription(
+        identity=opened.identity,
+        provenance=opened.provenance,
+        campaign_text="rvjax: 1\n",
+        samples=opened.requested,
+        name=opened.name,
+    )
+    write = {"figures": lambda: opened.write_text("figures/x.svg", "x"), "quarantine": lambda: RunFolder.resume(run, again, 256)}
     with pytest.raises(FolderError, match="leads out of the run folder"):
         write[part]()
     assert list(outside.iterdir()) == []

@@ -91,7 +91,7 @@ def state(path: Path) -> str:
         return "before there was a run"
     if any(atomic_files.is_temporary(file.name) for file in path.rglob("*")):
         return "in a write"
-    entries = {entry.file for entry in RunFolder.open(path)._store.entries.values()}
+    entries = {entry.file for entry in RunFolder.open(path)._store.manifest.entries.values()}
     if any(Key.of(name) and name not in entries for name in atomic_files.listing(path, PARTS, sweep=False)):
         return "between a file and its line"
     if len(RunFolder.open(path).chunks) < CHUNKS:
@@ -107,7 +107,7 @@ def bits(path: Path) -> dict[str, bytes | list[dict[str, object]]]:
     """Everything that two runs with one identity have in common: all files but for when the run began."""
     names = [file.relative_to(path).as_posix() for file in path.rglob("*") if file.is_file()]
     own = {"manifest.json", "journal.jsonl", "report.html", "report.md", "SHA256SUMS"}
-    entries = RunFolder.open(path)._store.entries
+    entries = RunFolder.open(path)._store.manifest.entries
     return {name: (path / name).read_bytes() for name in names if name not in own} | {
         "entries": [entries[key].model_dump() for key in sorted(entries)]
     }

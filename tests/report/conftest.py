@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rvjax.analysis.run_totals import worst_first
 from rvjax.report import build
-from rvjax.run_folder import Column, RunFolder
+from rvjax.run_folder import Column, RunDescription, RunFolder
 from tests.once import made_once
 
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -94,7 +94,9 @@ def make(
     text = CAMPAIGN.format(name=name, description=description, samples=samples + missing, require=require or "[]")
     identity = {"campaign": "0" * 64, "seed": 20181, "precision": "float64", "rvjax": "0.1.0", "device": "cpu"}
     provenance = {"started": "2026-11-22T18:00:00Z", "host": "made up"}
-    with RunFolder.create(path, identity, provenance, text, samples + missing, name) as folder:
+    requested = samples + missing
+    description = RunDescription(identity=identity, provenance=provenance, campaign_text=text, samples=requested, name=name)
+    with RunFolder.create(path, description) as folder:
         for chunk, first in enumerate(range(0, samples, 256)):
             folder.commit(chunk, frame.iloc[first : first + 256].reset_index(drop=True), columns)
         if kept:

@@ -175,7 +175,7 @@ def test_the_audit_is_one_sentence_of_both_reports(made: Make, tmp_path: Path, m
     build(folder)
     assert "2 dispersions were audited: 5 drawn columns were read back" in (folder / "report.md").read_text()
     text = Page((folder / "report.html").read_text()).text
-    assert "and 1 acted when moved alone; without an effect, as audit.allow lets them: start.nu_m_s." in text
+    assert "and 1 acted when moved alone; without an effect, as audit.allow permits: start.nu_m_s." in text
     assert nothing not in text
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax.run_folder import Column, RunFolder
+from rvjax.run_folder import Column, RunDescription, RunFolder
 
 LANES = 4
 IDENTITY: dict[str, Any] = {"campaign": "ab12", "seed": 7, "device": {"kind": "cpu"}, "lanes": [LANES]}
@@ -75,16 +75,24 @@ def only(path: Path, stem: str) -> Path:
     return found
 
 
+def described(
+    requested: int, identity: dict[str, Any] = IDENTITY, text: str = "rvjax: 1\n", command: str = "rvjax run"
+) -> RunDescription:
+    """The small run."""
+    provenance = {"command": command}
+    return RunDescription(identity=identity, provenance=provenance, campaign_text=text, samples=requested, name="small")
+
+
 def create(path: Path, requested: int = 10) -> RunFolder:
     """A new run folder for that run."""
-    return RunFolder.create(path, IDENTITY, {"command": "rvjax run"}, "rvjax: 1\n", requested, "small")
+    return RunFolder.create(path, described(requested))
 
 
 def resume(
     path: Path, requested: int, identity: dict[str, Any] = IDENTITY, text: str = "rvjax: 1\n", command: str = "rvjax run"
 ) -> RunFolder:
-    """The folder of `create`, gone on with."""
-    return RunFolder.resume(path, identity, {"command": command}, text, requested, "small", LANES)
+    """The folder of `create`, resumed."""
+    return RunFolder.resume(path, described(requested, identity, text, command), LANES)
 
 
 @pytest.fixture

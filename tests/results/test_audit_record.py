@@ -98,7 +98,7 @@ def test_a_record_that_does_not_add_up_is_none(tmp_path: Path, change: tuple[str
 def test_it_reads_as_a_sentence() -> None:
     assert str(ONE) == (
         "Before the first flight 2 dispersions were audited: 3 drawn columns were read back inside the compiled program, bit for "
-        "bit or by an independent formula, and 1 acted when moved alone; without an effect, as audit.allow lets them: "
+        "bit or by an independent formula, and 1 acted when moved alone; without an effect, as audit.allow permits: "
         "actuators.lower.tz."
     )
     assert str(OTHER).startswith("Before the first flight 1 dispersion was audited: 1 drawn column was read back inside")

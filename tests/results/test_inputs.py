@@ -7,15 +7,20 @@ from pathlib import Path
 import pytest
 
 from rvjax.errors import FolderError
-from rvjax.run_folder import RunFolder
+from rvjax.run_folder import RunDescription, RunFolder
 
 from .conftest import IDENTITY, LANES
 
 INPUTS = {"masses.csv": b"mass_kg\n90\n95\n", "data/wrench.csv": b"t_s,fx\n0,1\n"}
 
 
+def described(inputs: dict[str, bytes]) -> RunDescription:
+    """A small run with these input files."""
+    return RunDescription(identity=IDENTITY, provenance={}, campaign_text="rvjax: 1\n", samples=10, name="small", inputs=inputs)
+
+
 def create(path: Path, inputs: dict[str, bytes]) -> RunFolder:
-    return RunFolder.create(path, IDENTITY, {}, "rvjax: 1\n", 10, "small", inputs)
+    return RunFolder.create(path, described(inputs))
 
 
 def test_inputs_are_kept_and_verified(tmp_path: Path) -> None:
@@ -38,7 +43,7 @@ def test_going_on_writes_them_again(tmp_path: Path) -> None:
     create(path, INPUTS).close()
     (path / "inputs" / "masses.csv").unlink()
     newer = {"masses.csv": b"mass_kg\n95\n90.0\n"}
-    RunFolder.resume(path, IDENTITY, {}, "rvjax: 1\n", 10, "small", LANES, newer).close()
+    RunFolder.resume(path, described(newer), LANES).close()
     RunFolder.open(path).verify()
     assert (path / "inputs" / "masses.csv").read_bytes() == newer["masses.csv"]
 

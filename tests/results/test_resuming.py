@@ -10,7 +10,7 @@ import pyarrow as pa
 import pytest
 
 from rvjax.errors import FolderError, IncompleteError, UsageError
-from rvjax.run_folder import Column, RunFolder, atomic_files
+from rvjax.run_folder import Column, RunDescription, RunFolder, atomic_files
 
 from .conftest import COLUMNS, IDENTITY, LANES, chunk, create, fly, lacking, only, resume
 
@@ -26,7 +26,7 @@ def test_resume_refuses_another_identity_and_says_where(finished: Path) -> None:
         'precision: the folder has nothing, this run has "float32"',
         "seed: the folder has 7, this run has nothing",
     ]
-    with pytest.raises(UsageError, match="10 samples were requested before, now 9; go on with --samples 10 or more"):
+    with pytest.raises(UsageError, match="10 samples were requested before, now 9; resume with --samples 10 or more"):
         resume(finished, 9)
 
 
@@ -229,11 +229,13 @@ def test_a_file_that_never_reached_the_manifest_is_taken_in_if_it_is_whole(tmp_p
         fly(folder)
         folder.verify()
         assert folder.account().missing == 0
-    other = RunFolder.create(tmp_path / "other", IDENTITY | {"seed": 8}, {}, "rvjax: 1\n", 10, "small")
-    with other:
+    description = RunDescription(
+        identity=IDENTITY | {"seed": 8}, provenance={}, campaign_text="rvjax: 1\n", samples=10, name="small"
+    )
+    with RunFolder.create(tmp_path / "other", description):
         (tmp_path / "other" / "samples").mkdir()
         (tmp_path / "other" / entry.file).write_bytes(data)
-    with RunFolder.resume(tmp_path / "other", IDENTITY | {"seed": 8}, {}, "rvjax: 1\n", 10, "small", LANES) as folder:
+    with RunFolder.resume(tmp_path / "other", description, LANES) as folder:
         assert folder.chunks == ()
 
 

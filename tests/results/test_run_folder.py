@@ -173,7 +173,7 @@ def test_pages_carry_checksums() -> None:
         ("", "damaged, not a manifest"),
         ("[]", "damaged, not a manifest"),
         ("{}", "damaged, not a manifest"),
-        ('{"format": 1}', "format 1, 2 is accepted"),
+        ('{"format": 1}', "format 1; accepted: 2"),
         ("[" * 100_000, "damaged, not a manifest"),
         ('{"format": 2, "files": [{"file": "../x"}], "sha256": ""}', "damaged, not a manifest"),
     ],

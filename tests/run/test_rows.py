@@ -10,7 +10,7 @@ import pytest
 
 from rvjax.errors import UsageError
 from rvjax.execution.replay import recorded
-from rvjax.run_folder import Column, RunFolder
+from rvjax.run_folder import Column, RunDescription, RunFolder
 
 COLUMNS = {"metric.x": Column("metric.x", "1", "made up")}
 
@@ -18,7 +18,8 @@ COLUMNS = {"metric.x": Column("metric.x", "1", "made up")}
 @pytest.fixture
 def folder(tmp_path: Path) -> RunFolder:
     """40 samples in chunks of 10, the third one missing."""
-    with RunFolder.create(tmp_path / "run", {}, {}, "name: made-up\n", 40, "made-up") as made:
+    description = RunDescription(identity={}, provenance={}, campaign_text="name: made-up\n", samples=40, name="made-up")
+    with RunFolder.create(tmp_path / "run", description) as made:
         for chunk in (3, 0, 1):
             sample = np.arange(10 * chunk, 10 * chunk + 10)
             made.commit(chunk, pd.DataFrame({"sample": sample, "outcome": "captured", "metric.x": sample / 7}), COLUMNS)

@@ -170,7 +170,7 @@ def test_the_audit_is_kept_and_renewed_where_something_is_flown(
         folder.keep_audit(older)
     run(CAMPAIGN, again, SHORT)
     assert RunFolder.open(again).audit == older  # nothing was flown
-    assert "as audit.allow lets them: faults." in (again / "report.html").read_text()
+    assert "as audit.allow permits: faults." in (again / "report.html").read_text()
     next((again / "samples").glob("00000-*")).unlink()
     run(CAMPAIGN, again, SHORT)
     assert RunFolder.open(again).audit == kept

@@ -17,7 +17,7 @@ from rvjax.analysis import verdicts
 from rvjax.analysis.verdicts import Tallies, account_and_verdicts, exit_code, judge_folder
 from rvjax.campaign import Requirement
 from rvjax.errors import FolderError, IncompleteError, UsageError
-from rvjax.run_folder import Account, Column, RunFolder, Samples
+from rvjax.run_folder import Account, Column, RunDescription, RunFolder, Samples
 from rvjax.stats import quantile_interval
 from rvjax.stats.quantile_sketch import RELATIVE_ERROR
 from rvjax.stats.sampling_design import Independent
@@ -166,7 +166,8 @@ def test_a_finished_folder_is_judged_by_its_own_campaign(tmp_path: Path) -> None
     text = (Path(__file__).parents[2] / "campaigns" / "docking-faulted.yaml").read_text()
     provenance = {"overrides": ["require=[{metric: captured, at_least: 0.6, confidence: 0.9}]"]}
     columns = {"metric.peak_chi": Column("metric.peak_chi", "1", "largest Nussbaum argument", "lower")}
-    with RunFolder.create(tmp_path / "run", {}, provenance, text, 8, "docking") as folder:
+    description = RunDescription(identity={}, provenance=provenance, campaign_text=text, samples=8, name="docking")
+    with RunFolder.create(tmp_path / "run", description) as folder:
         for chunk in (0, 1):
             if chunk:
                 with pytest.raises(IncompleteError, match="4 of 8 samples are missing"):
@@ -186,7 +187,8 @@ def test_a_folder_with_a_sample_twice_is_not_judged(tmp_path: Path) -> None:
     """As many rows as were requested, but not of as many samples. Kills: a count of rows passed off as one of samples."""
     text = (Path(__file__).parents[2] / "campaigns" / "docking-faulted.yaml").read_text()
     provenance = {"overrides": ["require=[{metric: captured, at_least: 0.6}]"]}
-    with RunFolder.create(tmp_path / "run", {}, provenance, text, 8, "docking") as folder:
+    description = RunDescription(identity={}, provenance=provenance, campaign_text=text, samples=8, name="docking")
+    with RunFolder.create(tmp_path / "run", description) as folder:
         for chunk in (0, 1):
             folder.commit(chunk, captured(4, 4), {})
     with pytest.raises(FolderError, match=r"chunk 1: .* is there twice"):

@@ -176,7 +176,7 @@ def test_one_that_is_stopped_and_begun_again_ends_alike(
         take(self, file)
 
     monkeypatch.setattr(RunFolder, "take", noting)
-    for name in (tuning_record.TUNED, tuning_record.OWN):  # what stops and goes on is tested with the runs
+    for name in (tuning_record.TUNED, tuning_record.ORIGINAL):  # what stops and goes on is tested with the runs
         shutil.copytree(place / name, tmp_path / "out" / name)
     again, _ = tuning.tune(campaign, tmp_path / "out")
     assert sorted(taken + flown) == list(range(len(taken) + len(flown)))

@@ -11,7 +11,7 @@ from rvjax.campaign import load
 from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import IncompleteError, UsageError
 from rvjax.run_folder import CAMPAIGN, Account, RunFolder
-from rvjax.run_folder.tuning_record import OWN, TUNED
+from rvjax.run_folder.tuning_record import ORIGINAL, TUNED
 
 if TYPE_CHECKING:
     from rvjax.analysis.verdicts.verdict import Verdict
@@ -29,7 +29,7 @@ def campaign_of(folder: RunFolder) -> Spec:
     candidates.
     """
     if SEARCH in folder.identity:
-        confirming = ", ".join(str(folder.path / name) for name in (TUNED, OWN))
+        confirming = ", ".join(str(folder.path / name) for name in (TUNED, ORIGINAL))
         raise UsageError(f"{folder.path}: the folder of a search, whose flights are of many candidates; accepted: {confirming}")
     folder.campaign_text()  # verifies the file that is parsed next
     return load(folder.path / CAMPAIGN, [str(item) for item in folder.provenance.get("overrides", ())])

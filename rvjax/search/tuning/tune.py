@@ -31,7 +31,7 @@ from rvjax.components.search_methods.interface import Method, Task
 from rvjax.errors import CampaignError, Finding, FolderError
 from rvjax.execution import run
 from rvjax.execution.identity import identity, provenance, short, source_digest
-from rvjax.run_folder import CAMPAIGN, RunFolder, tuning_record
+from rvjax.run_folder import CAMPAIGN, RunDescription, RunFolder, tuning_record
 from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.run_folder.tuning_record import Axis, Cost, Measured, Row, Searched, Sensitivity
 from rvjax.search.tuning.candidate_flights import Flights
@@ -152,12 +152,15 @@ def tune(
     mine = _identity(first, tuning, seed)
     place = Path(out) if out is not None else Path("reports") / spec.name / f"tune-{short(mine)}"
     before = RunFolder.open(place) if (place / MANIFEST).exists() else None
-    described = (mine, provenance(command, overrides), spec.source.text)
-    inputs = spec.source.inputs
-    if before is not None:
-        folder = RunFolder.resume(place, *described, before.requested, spec.name, LANES, inputs)
-    else:
-        folder = RunFolder.create(place, *described, LANES, spec.name, inputs)
+    description = RunDescription(
+        identity=mine,
+        provenance=provenance(command, overrides),
+        campaign_text=spec.source.text,
+        samples=LANES if before is None else before.requested,
+        name=spec.name,
+        inputs=spec.source.inputs,
+    )
+    folder = RunFolder.create(place, description) if before is None else RunFolder.resume(place, description, LANES)
     on_open(place)
     done = _earlier(place)
     with folder:
@@ -233,15 +236,17 @@ def _confirmed(
     """Flies the winner and the original campaign on fresh draws and judges them."""
     tuning = search.tuning
     run.run(place / tuning_record.BEST, place / tuning_record.TUNED, ["baselines=[]"], on_progress=progress, command=command)
-    run.run(place / CAMPAIGN, place / tuning_record.OWN, [*overrides, *_fresh_draws(spec)], on_progress=progress, command=command)
+    run.run(
+        place / CAMPAIGN, place / tuning_record.ORIGINAL, [*overrides, *_fresh_draws(spec)], on_progress=progress, command=command
+    )
     samples = np.arange(search.standings[search.best].samples, dtype=np.int64)
     table = search.flights.table(search.best, samples)
     seen = [*search.judge.values(table), search.judge.score(table).objectives[0]]
     from rvjax.analysis.verdicts import campaign_of
 
-    original = campaign_of(RunFolder.open(place / tuning_record.OWN))
+    original = campaign_of(RunFolder.open(place / tuning_record.ORIGINAL))
     return confirm(
-        place / tuning_record.TUNED, place / tuning_record.OWN, original, search.judge, seen, tuning.confirm.confidence
+        place / tuning_record.TUNED, place / tuning_record.ORIGINAL, original, search.judge, seen, tuning.confirm.confidence
     )
 
 
