@@ -113,7 +113,8 @@ def of_requirement(requirement: Requirement, samples: int, trues: Sequence[float
     limit, confidence = requirement.limit, requirement.confidence
     shown = _shown(limit, trues)
     if requirement.mean:
-        raise UsageError(f"{title(requirement)}: the chances of a mean depend on its law; accepted: requirements on shares")
+        problem = "the chances of a mean depend on its distribution"
+        raise UsageError(f"{title(requirement)}: {problem}; accepted: requirements on shares")
     if requirement.method == "fixed":
         return tuple(_judged_once(samples, limit, confidence, p) for p in shown)
     looks = schedule(samples, every)

@@ -34,9 +34,7 @@ class DataFile(NamedTuple):
         """Writes the bytes into a run folder. The first writer wins; all writers write the same bytes."""
         if self.data is not None:
             path = atomic_files.inside(root, self.entry.file)
-            if not atomic_files.publish(
-                path, self.data
-            ):  # the file that is there is damaged: its name contains the SHA-256 of these bytes
+            if not atomic_files.publish(path, self.data):  # an existing file with this name and other bytes is damaged
                 atomic_files.set_aside(root, self.entry.file)
                 atomic_files.publish(path, self.data)
         return DataFile(self.entry, None)

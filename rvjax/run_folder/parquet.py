@@ -78,8 +78,8 @@ def samples_of(data: bytes) -> tuple[str, NDArray[np.int64] | None]:
     """The digest of the run's identity (empty if missing) and the column `sample` (None if missing); errors as in `decode`."""
     file = pq.ParquetFile(pa.BufferReader(data), page_checksum_verification=True)
     identity = (file.schema_arrow.metadata or {}).get(IDENTITY, b"").decode()
-    there = "sample" in file.schema_arrow.names
-    return identity, file.read(["sample"])["sample"].to_numpy() if there else None
+    numbered = "sample" in file.schema_arrow.names
+    return identity, file.read(["sample"])["sample"].to_numpy() if numbered else None
 
 
 def _metadata(column: Column) -> dict[str, str]:

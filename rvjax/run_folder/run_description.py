@@ -1,4 +1,4 @@
-"""RunDescription: what a run is, given when its folder is created or resumed."""
+"""RunDescription: the run that a folder is created or resumed for."""
 
 from __future__ import annotations
 

@@ -82,4 +82,4 @@ def test_the_command(rvjax: Run, tmp_path: Path) -> None:
     campaign = tmp_path / "mean.yaml"
     text = CAMPAIGN.read_text()
     campaign.write_text(text[: text.index("require:")] + "require:\n  - {metric: delta_v_m_s, mean: true, below: 3}\n")
-    assert "the chances of a mean depend on its law" in rvjax("plan", campaign)[1]
+    assert "the chances of a mean depend on its distribution" in rvjax("plan", campaign)[1]

@@ -202,9 +202,9 @@ def test_places_that_are_no_place_for_a_run(tmp_path: Path, rvjax: Run, figure: 
     cases = (
         (path, ["--set", "horizon.step_s=0.1"], ["belongs to another run", "campaign: the folder has"]),
         (path, ["--seed", "7"], ["belongs to another run", "seed: the folder has 20181, this run has 7"]),
-        (tmp_path / "file", [], [os.strerror(errno.EEXIST), "give the path of a run folder, or of a new one with --out"]),
+        (tmp_path / "file", [], [os.strerror(errno.EEXIST), "give the path of a run folder, or a new path with --out"]),
         (tmp_path / "file" / "below", [], [os.strerror(errno.ENOTDIR), "give the path of a run folder"]),
-        (tmp_path / "full", [], ["there already and not empty; resume it, or choose another with --out"]),
+        (tmp_path / "full", [], ["there already and not empty; resume it, or choose another folder with --out"]),
     )
     for place, more, parts in cases:
         code, out, err = rvjax(*words(place), *more)
