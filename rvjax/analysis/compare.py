@@ -26,6 +26,7 @@ import numpy as np
 from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax import stats
+from rvjax.analysis import comparison_sentences as sentences
 from rvjax.analysis.pairing import Paired, flat, folder_of, pair, value_text
 from rvjax.analysis.run_totals import worst_first
 from rvjax.analysis.verdicts.folders import campaign_of
@@ -264,7 +265,7 @@ def _change(
         verdict = {"better": "PASS", "worse": "FAIL"}.get(word, "UNDECIDED")
     score = stats.tango(swapped, 2 * confidence - 1)
     more = _more(pairs, margin, confidence) if verdict == "UNDECIDED" else None
-    outlook = _outlook(more) if verdict == "UNDECIDED" else ""
+    outlook = sentences.outlook(more) if verdict == "UNDECIDED" else ""
     return Change(
         name=name,
         pairs=pairs,
@@ -281,8 +282,8 @@ def _change(
         word=word,
         verdict=verdict,  # pyright: ignore[reportArgumentType]
         more=more,
-        text=f"{verdict}: {_finding(verdict, score, margin, confidence)}{_result(word, p_holm)}.{outlook}"
-        + (_HINT if verdict == "UNDECIDED" and not margin else ""),
+        text=f"{verdict}: {sentences.finding(verdict, score, margin, confidence)}{sentences.result(word, p_holm)}.{outlook}"
+        + (sentences.HINT if verdict == "UNDECIDED" and not margin else ""),
     )
 
 
@@ -333,44 +334,6 @@ def _more(pairs: Pairs, margin: float, confidence: float) -> int | None:
         middle = (low + high) // 2
         low, high = (low, middle) if decided(middle) else (middle, high)
     return high - pairs.n
-
-
-_HINT = " Use --margin to set how much worse is acceptable."
-
-
-def _finding(verdict: str, score: Estimate, margin: float, confidence: float) -> str:
-    """Whether B is worse by more than the margin, and the difference that shows it; empty without a margin."""
-    if not margin:
-        return ""
-    most, certainty = f"{100 * margin:.6g} %", f"with {100 * confidence:.6g} % confidence"
-    low, high = (f"{100 * end:+.3g} %".replace("-", "−") for end in (score.low, score.high))
-    return {
-        "PASS": f"B is not worse by more than {most}: the difference is at least {low} {certainty}; ",
-        "FAIL": f"B is worse by more than {most}: the difference is at most {high} {certainty}; ",
-        "UNDECIDED": f"the samples do not show whether B is worse by more than {most}: the difference is at least {low} and "
-        f"at most {high}, each {certainty}; ",
-    }[verdict]
-
-
-def _result(word: Word, p: float) -> str:
-    """The result of McNemar's test in words. p: adjusted."""
-    result = "no difference is shown" if word == "no difference shown" else f"B is significantly {word}"
-    return f"{result} (p {_equals(p)})"
-
-
-def _outlook(more: int | None) -> str:
-    """How many further samples would decide."""
-    decide = "More samples would not decide" if more is None else f"About {more:,} more samples would decide"
-    return f" {decide} if the shares stayed the same."
-
-
-def p_value(p: float) -> str:
-    """The p-value to two digits; below 1e-300 it prints as <1e-300."""
-    return f"{p:.2g}" if p >= 1e-300 else "<1e-300"
-
-
-def _equals(p: float) -> str:
-    return f"= {p_value(p)}" if p >= 1e-300 else "< 1e-300"
 
 
 # --- quantiles and single samples ----------------------------------------------------------------------------------

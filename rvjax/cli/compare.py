@@ -62,7 +62,7 @@ def _quantile(text: str) -> tuple[str, float]:
 
 
 def _show(result: Comparison, output: Output) -> None:
-    from rvjax.analysis.compare import p_value
+    from rvjax.analysis.comparison_sentences import p_value
 
     output.text(f"A: {result.a}", f"B: {result.b}", f"{result.n:,} samples on the same draws; every difference is B − A")
     if result.differing:
