@@ -151,16 +151,7 @@ def tune(
     judge = Judge(spec.require, measures, tuning.goal, _samples(spec))
     mine = _identity(first, tuning, seed)
     place = Path(out) if out is not None else Path("reports") / spec.name / f"tune-{short(mine)}"
-    before = RunFolder.open(place) if (place / MANIFEST).exists() else None
-    description = RunDescription(
-        identity=mine,
-        provenance=provenance(command, overrides),
-        campaign_text=spec.source.text,
-        samples=LANES if before is None else before.requested,
-        name=spec.name,
-        inputs=spec.source.inputs,
-    )
-    folder = RunFolder.create(place, description) if before is None else RunFolder.resume(place, description, LANES)
+    folder = _open(place, mine, spec, provenance(command, overrides))
     on_open(place)
     done = _earlier(place)
     with folder:
@@ -187,6 +178,20 @@ def tune(
 
         report.write(folder, record)
     return place, record
+
+
+def _open(place: Path, search_identity: Mapping[str, Any], spec: Spec, origin: Mapping[str, Any]) -> RunFolder:
+    """The folder of a search, created or resumed. origin: the provenance."""
+    before = RunFolder.open(place) if (place / MANIFEST).exists() else None
+    description = RunDescription(
+        identity=search_identity,
+        provenance=origin,
+        campaign_text=spec.source.text,
+        samples=LANES if before is None else before.requested,
+        name=spec.name,
+        inputs=spec.source.inputs,
+    )
+    return RunFolder.create(place, description) if before is None else RunFolder.resume(place, description, LANES)
 
 
 def _earlier(place: Path) -> Searched | None:
