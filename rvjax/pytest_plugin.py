@@ -1,8 +1,8 @@
 """Plugin of pytest: `pytest --rvjax campaigns/ci/` makes every requirement of every campaign there a test.
 
-A campaign is flown once, when the first of its requirements is run, until all are decided, by `rvjax check` in a process of its
-own: JAX is configured before it starts, and other tests may have started it otherwise. FAIL fails with the verdict's sentence;
-UNDECIDED is an outcome of its own, which fails unless `--rvjax-undecided=pass` (or `rvjax_undecided` in the configuration) says
+A campaign is flown once, when the first of its requirements is run, until all are decided. `rvjax check` flies it in a separate
+process, since JAX is configured before it starts and other tests may use other settings. FAIL fails with the verdict's sentence.
+UNDECIDED is a separate outcome, which fails unless `--rvjax-undecided=pass` (or `rvjax_undecided` in the configuration) says
 otherwise. Without `--rvjax` nothing is collected and nothing heavy imported.
 """
 

@@ -53,7 +53,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--mutants`: the mutants as well, each in a process of its own (minutes).
+    """`--mutants`: the mutants as well, each in a separate process (minutes).
     `--acceptance`: the scenarios of the documentation at their full size (minutes).
     `--long`: the reliability suite in its full numbers (an hour).
     """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,7 +11,7 @@ from rvjax.cli._app import Campaign, Json, Quiet, Seed, Sets, overrides
 from rvjax.cli._output import Output
 
 if TYPE_CHECKING:
-    from rvjax.search.worst_case import Worst
+    from rvjax.search.worst_case import Case, Worst
 
 
 def command(
@@ -102,7 +102,7 @@ def _farthest(result: Worst) -> list[tuple[str, ...]]:
     return rows
 
 
-def _document(flight: Any) -> dict[str, object]:
+def _document(flight: Case) -> dict[str, object]:
     return {
         "margin": flight.margin,
         "distance": flight.distance,

@@ -101,10 +101,8 @@ def run(
 
 def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], options: RunOptions) -> FinishedRun:
     """As `run`, with all options. Baseline controllers of the campaign fly the same draws into `baselines/<name>`."""
-    problem = load(path, overrides)
+    problem, flown_by = _load(path, overrides)
     spec = problem.spec
-    jax_config.configure(spec.precision)
-    flown_by = identity(problem)
     place = Path(out) if out is not None else Path("reports") / spec.name / short(flown_by)
     with _open(problem, flown_by, place, overrides, options) as folder:
         options.on_open(place)
@@ -117,12 +115,17 @@ def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], opti
     return FinishedRun(place, results.totals.account(folder.requested), results.verdicts)
 
 
+def _load(path: str | Path, overrides: Sequence[str]) -> tuple[Problem, Mapping[str, Any]]:
+    """The problem of a campaign and its identity, in a process that is configured for its precision."""
+    problem = load(path, overrides)
+    jax_config.configure(problem.spec.precision)
+    return problem, identity(problem)
+
+
 def _fly_baseline(path: str | Path, choice: Choice, main: RunFolder, overrides: Sequence[str], options: RunOptions) -> Totals:
     """Flies a baseline controller on the draws of the main run, into a run folder inside the main one."""
     overrides = (*overrides, *baseline_overrides(choice), f"samples={main.requested}")
-    problem = load(path, overrides)
-    jax_config.configure(problem.spec.precision)
-    flown_by = identity(problem)
+    problem, flown_by = _load(path, overrides)
     with _open(problem, flown_by, main.path / BASELINES / choice.name, overrides, options) as folder:
         results = _fly_problem(problem, flown_by, folder, options, baseline=True)
         _report(folder, results, problem.spec, {})

@@ -57,7 +57,7 @@ def test_a_metric_gives_its_columns(name: str) -> None:
 @pytest.mark.parametrize("kind", [jnp.float32, jnp.float64])
 def test_an_accumulator_keeps_its_form_and_nothing_is_promoted(name: str, kind: Any) -> None:
     """A flight is a loop: what `update` gives has the shapes and types of what `start` gave. Kills: a float64 constant,
-    a history in the place of a fold."""
+    a history where an accumulator belongs."""
     metric = component("metrics", name)
 
     def one_step(step: Step, context: Any) -> Any:

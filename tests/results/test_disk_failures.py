@@ -90,8 +90,8 @@ def interrupted(path: Path) -> None:
 def test_any_failing_call_keeps_what_was_committed(
     tmp_path: Path, error: int | None, begun: bool, full: bool, figure: Callable[[str], None]
 ) -> None:
-    """Call after call, with an errno or as the process's end, in a new folder and in one that is gone on with; then the
-    run goes on to the same files.
+    """Call after call, with an errno or as the process's end, in a new folder and in a resumed folder; then the
+    run is resumed and ends with the same files.
 
     Kills: writing in place, a line of the journal before its file, a journal emptied before the manifest has its lines, a
     temporary file taken for a chunk, a raw OSError, a lock that outlives its owner, a damaged file that is lost before it is set

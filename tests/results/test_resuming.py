@@ -1,4 +1,4 @@
-"""A run folder is gone on with: what is there stays, what is missing or damaged is flown, what is not its own is refused."""
+"""A run folder is resumed: intact data stay, missing or damaged data are flown, another run's folder is refused."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ def test_a_second_look_at_more_samples_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_run_that_was_cut_short_has_not_been_looked_at(tmp_path: Path) -> None:
-    """Kills: refusing to go on with a run that was interrupted and asked for fewer samples."""
+    """Kills: refusing to resume a run that was interrupted and asked for fewer samples."""
 
     def stop(done: int, total: int) -> None:
         if done:

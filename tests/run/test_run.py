@@ -177,7 +177,7 @@ def test_the_audit_is_kept_and_renewed_where_something_is_flown(
 
 
 def test_another_seed_is_another_run(flown: Path) -> None:
-    """Kills: a folder gone on with under another identity."""
+    """Kills: a folder resumed under another identity."""
     before = hashlib.sha256((flown / "manifest.json").read_bytes()).hexdigest()
     with pytest.raises(FolderError, match="seed"):
         run(CAMPAIGN, flown, [*SHORT, "seed=2"])

@@ -18,11 +18,11 @@ import numpy as np
 from rvjax.campaign import Model, Series, series
 from rvjax.campaign.problems import Problem
 from rvjax.campaign.variables import Variable
+from rvjax.columns import DRAW
 from rvjax.components.samplers.interface import Samples, Sampling, Scheme, Setting, Streams, Values
 from rvjax.components.samplers.sample_table import CSV, SampleTable, rows_of
 from rvjax.stats.sampling_design import Exploration
 
-PREFIX = "draw."
 NORM = 1e-9
 """Relative excess of a vector's norm over its radius that is accepted: rounding in the table."""
 
@@ -47,7 +47,7 @@ class Plan:
 
 def scheme(parameters: Parameters) -> Scheme:
     """The plan in a file."""
-    table = SampleTable.of(parameters.table, PREFIX)
+    table = SampleTable.of(parameters.table, DRAW)
 
     def problems(setting: Setting) -> Iterable[Problem]:
         wrong = {name: setting.names.draw(name) for name in table.columns}
