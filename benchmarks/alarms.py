@@ -71,7 +71,7 @@ def flown(path: Path, samples: int, overrides: Sequence[str] = (), flipped: str 
         setattr(law, function, lambda *given: -right(*given))
     try:
         problem = load(path, [f"seed={SEED}", f"samples={samples}", *overrides])
-        flyer, steps = Flyer(problem.loop, problem.metrics), problem.spec.horizon.steps
+        flyer, steps = Flyer.of(problem), problem.spec.horizon.steps
         parts: list[pd.DataFrame] = []
         for first in range(0, samples, LANES):
             numbers = np.arange(first, min(first + LANES, samples))

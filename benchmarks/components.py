@@ -98,7 +98,7 @@ def main() -> None:
     for overrides, noise in ROWS.values():
         _fly_with(noise)
         problem = load(CAMPAIGN, overrides)
-        flyer = Flyer(problem.loop, problem.metrics)
+        flyer = Flyer.of(problem)
         _, drawn = Draws.of(problem, np.arange(LANES, dtype=np.int64))
         flyer.fly(drawn, 1, 1)
         flights.append((flyer, drawn))

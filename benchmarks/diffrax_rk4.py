@@ -6,7 +6,7 @@ It flies without metrics, in its favour.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax
 import numpy as np
@@ -42,10 +42,16 @@ def prepare(case: Case) -> Callable[[], Carry]:
 
     def flight(drawn: Drawn, y: State) -> State:
         step = drawn.context.step_s
-        term = diffrax.ODETerm(lambda t, y, args: case.evaluate(drawn, t, y, case.carry.held)[0])
+        leaves, structure = jax.tree.flatten(y)  # diffrax takes no state with an empty part, as of a controller without states
+
+        def rate(t: Any, leaves: list[Any], args: object) -> list[Any]:
+            del args
+            return jax.tree.leaves(case.evaluate(drawn, t, jax.tree.unflatten(structure, leaves), case.carry.held)[0])
+
         end = case.steps * step
-        solved = diffrax.diffeqsolve(term, Classical(), 0.0, end, step, y, max_steps=case.steps + 1)
-        return closed_loop.between_steps(jax.tree.map(lambda series: series[-1], solved.ys))
+        solved = diffrax.diffeqsolve(diffrax.ODETerm(rate), Classical(), 0.0, end, step, leaves, max_steps=case.steps + 1)
+        assert solved.ys is not None
+        return closed_loop.between_steps(jax.tree.unflatten(structure, [series[-1] for series in solved.ys]))
 
     compiled = jax.jit(jax.vmap(flight)).lower(case.drawn, case.carry.y).compile()
     return lambda: case.carry._replace(y=jax.block_until_ready(compiled(case.drawn, case.carry.y)))

@@ -78,7 +78,7 @@ class Range:
         said = ", ".join(f"{name}: {value:g}" for name, value in gains.items())
         problem = load(CAMPAIGN, [f"seed={SEED}", f"controller={{use: {self.name}, gains: {{{said}}}}}"])
         if self.flyer is None:
-            self.flyer = Flyer(problem.loop, problem.metrics)
+            self.flyer = Flyer.of(problem)
         _, drawn = Draws.of(problem, np.arange(LANES))
         steps = problem.spec.horizon.steps
         values, capture = self.flyer.fly(drawn, steps, steps).values, problem.spec.capture

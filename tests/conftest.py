@@ -21,7 +21,9 @@ from tests.short import CAMPAIGN, SHORT
 jax_config.configure("float64")
 hypothesis.settings.register_profile("untimed", deadline=None)  # a busy machine is no failure
 hypothesis.settings.register_profile("ci", deadline=None, derandomize=True)  # CI tests the same examples each time
-hypothesis.settings.load_profile("ci" if os.environ.get("CI") else "untimed")
+found = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
+hypothesis.settings.register_profile("mutant", deadline=None, derandomize=True, phases=found)  # that it fails is enough
+hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE") or ("ci" if os.environ.get("CI") else "untimed"))
 
 typer.main.get_command = functools.cache(typer.main.get_command)
 """The command line is put together once, as in a process of a user: 20 ms, which thousands of calls in one process would pay."""

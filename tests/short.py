@@ -13,3 +13,6 @@ SHORT = (
     "faults.bias.onset_s={uniform: [2, 10]}",
 )
 """`--set` values."""
+
+QUICK = "controller={use: pd-plus}"
+"""The controller that compiles soonest, for tests of whatever is not the controller."""

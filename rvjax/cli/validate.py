@@ -92,4 +92,4 @@ def _audit(problem: Problem) -> Audit:
     from rvjax.simulation.batch import Flyer
 
     jax_config.configure(problem.spec.precision)
-    return prove(problem, Flyer(problem.loop, problem.metrics))
+    return prove(problem, Flyer.of(problem))

@@ -44,7 +44,7 @@ class ChunkRunner:
 
     def __init__(self, problem: Problem, identity: Mapping[str, Any]) -> None:
         self.problem = problem
-        self.flyer = Flyer(problem.loop, problem.metrics)
+        self.flyer = Flyer.of(problem)
         self._digest = digest(identity)
 
     def fly_chunk(self, chunk: int) -> ChunkResult:

@@ -45,7 +45,7 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
         what = "\n".join(differing)
         raise FolderError(f"{folder}: was flown by other code, packages or settings, so its flights cannot be repeated\n{what}")
     row = rows.set_index("sample", drop=False).loc[sample].to_dict()
-    return (*trace(problem, Flyer(problem.loop, problem.metrics), [sample], every, rows)[sample], row)
+    return (*trace(problem, Flyer.of(problem), [sample], every, rows)[sample], row)
 
 
 def recorded(folder: RunFolder, samples: Sequence[int]) -> pd.DataFrame:

@@ -137,7 +137,7 @@ class WorstCaseSearch:
         self._counts = {name: law.uniforms for name, law in laws.items()}
         chosen = [name for name in laws if not vary or any(covers(prefix, name) for prefix in vary)]
         self.coordinates = tuple(Coordinate(name, column) for name in chosen for column in columns_of(name, self._counts[name]))
-        self._flyer = Flyer(problem.loop, problem.metrics)
+        self._flyer = Flyer.of(problem)
         self._tangents: dict[str, Tangents] = {}
 
     def fly(self, z: Values) -> list[Case]:

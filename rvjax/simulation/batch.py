@@ -10,12 +10,13 @@ everything once per core (docs/performance.md).
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from functools import partial
 from itertools import pairwise
 from threading import Event, Lock
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
@@ -27,6 +28,9 @@ from rvjax.physics.state import Step
 from rvjax.simulation import closed_loop, flight, jax_config
 from rvjax.simulation.closed_loop import Drawn, Loop
 from rvjax.simulation.flight import Carry, EnvelopePoint
+
+if TYPE_CHECKING:
+    from rvjax.simulation.problem import Problem
 
 LANES = 416
 """Samples of a chunk. A constant, because the last bits of a result may depend on it.
@@ -52,7 +56,7 @@ class Flown(NamedTuple):
 
 
 class Programs(NamedTuple):
-    """The compiled functions of a device, for chunks of a fixed number of lanes."""
+    """The compiled functions of a flight, for a device, a number of lanes and a precision."""
 
     begin: Callable[[Any], tuple[Drawn, Carry]]
     advance: Callable[..., Any]
@@ -60,11 +64,8 @@ class Programs(NamedTuple):
     finish: Callable[..., Any]
 
 
-class Flyer:
-    """Flies chunks of the same structure and number of lanes. Compiles once per device, whatever the numbers are.
-
-    Several threads may use it at a time.
-    """
+class Compiler:
+    """The functions of a flight, compiled once per device, number of lanes and precision. Several threads may share it."""
 
     def __init__(self, loop: Loop, metrics: tuple[Metric, ...]) -> None:
         evaluate = jax.jit(partial(closed_loop.evaluate, loop))  # traced once for the four stages of a step
@@ -79,10 +80,59 @@ class Flyer:
         self._advance = compiled(partial(flight.advance, evaluate, metrics), 0, 0, None, None, donate=(1,))
         self._envelope_point = compiled(partial(flight.envelope_point, evaluate), 0, 0, None)
         self._finish = compiled(partial(flight.finish, evaluate, metrics), 0, 0, None)
-        self._observe = compiled(partial(flight.observe, evaluate), 0, 0, None)
-        self._programs: dict[Device, Programs] = {}
+        self.observe = compiled(partial(flight.observe, evaluate), 0, 0, None)
+        self._programs: dict[tuple[Any, ...], Programs] = {}
         self._compiling = Lock()
+
+    def programs(self, device: Device, structure: Any, rows: Any) -> Programs:
+        """The programs of a device for these numbers. Other threads wait, so nothing is compiled twice. A program compiles in the
+        background while the next is traced."""
+        key = (device, structure, rows.shape, rows.dtype)
+        with self._compiling:
+            if key not in self._programs:
+                begin = self._begin.lower(structure, rows)
+                numbers, carry = jax.tree.map(
+                    lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype, sharding=rows.sharding), begin.out_info
+                )
+                with ThreadPoolExecutor(len(Programs._fields)) as threads:
+                    first = threads.submit(begin.compile)
+                    advance = threads.submit(self._advance.lower(numbers, carry, 0, 0).compile)
+                    point = threads.submit(self._envelope_point.lower(numbers, carry, 0).compile)
+                    finish = threads.submit(self._finish.lower(numbers, carry, 0).compile)
+                self._programs[key] = Programs(first.result(), advance.result(), point.result(), finish.result())
+            return self._programs[key]
+
+
+KEPT = 8
+"""Compilers that a process keeps: those used last."""
+
+_compilers: OrderedDict[str, Compiler] = OrderedDict()
+_choosing = Lock()
+
+
+def compiler_of(problem: Problem) -> Compiler:
+    """The compiler of a problem. Problems of the same structure share it, so a process that flies a campaign again with other
+    numbers does not trace and compile again."""
+    with _choosing:
+        if problem.structure not in _compilers:
+            _compilers[problem.structure] = Compiler(problem.loop, problem.metrics)
+        _compilers.move_to_end(problem.structure)
+        while len(_compilers) > KEPT:
+            _compilers.popitem(last=False)
+        return _compilers[problem.structure]
+
+
+class Flyer:
+    """Flies chunks of the same structure. Several threads may use it at a time."""
+
+    def __init__(self, compiler: Compiler) -> None:
+        self._compiler = compiler
         self._stopped = Event()
+
+    @classmethod
+    def of(cls, problem: Problem) -> Flyer:
+        """The flyer of a problem, with the compiler of its structure."""
+        return cls(compiler_of(problem))
 
     def fly(
         self,
@@ -103,13 +153,14 @@ class Flyer:
         programs, numbers, carry = self._begun(drawn, device or devices()[0])
         envelope: list[EnvelopePoint] = []
         kept: list[Step] = []
+        observed = self._compiler.observe
         chosen = np.asarray(trace, dtype=np.int64)
 
         def observe(k: int) -> None:
             if with_envelope:
                 envelope.append(programs.envelope_point(numbers, carry, k))
             if len(chosen):
-                kept.append(jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], self._observe(numbers, carry, k)))
+                kept.append(jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], observed(numbers, carry, k)))
 
         for first in range(0, steps, every):
             if self._stopped.is_set():
@@ -134,29 +185,12 @@ class Flyer:
         """The programs of a device, and a chunk at t = 0."""
         leaves, structure = jax.tree.flatten(drawn)
         rows = jax.device_put(np.asarray(leaves, dtype=jax_config.precision()), device)  # a single transfer; 150 would take 6 ms
-        programs = self._compiled(device, structure, rows)
+        programs = self._compiler.programs(device, structure, rows)
         return programs, *programs.begin(rows)
 
     def stop(self) -> None:
         """Ends all flights of this flyer soon, in all threads."""
         self._stopped.set()
-
-    def _compiled(self, device: Device, structure: Any, rows: Any) -> Programs:
-        """The programs of a device. Other threads wait, so nothing is compiled twice. A program compiles in the background while
-        the next is traced."""
-        with self._compiling:
-            if device not in self._programs:
-                begin = self._begin.lower(structure, rows)
-                numbers, carry = jax.tree.map(
-                    lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype, sharding=rows.sharding), begin.out_info
-                )
-                with ThreadPoolExecutor(len(Programs._fields)) as threads:
-                    first = threads.submit(begin.compile)
-                    advance = threads.submit(self._advance.lower(numbers, carry, 0, 0).compile)
-                    point = threads.submit(self._envelope_point.lower(numbers, carry, 0).compile)
-                    finish = threads.submit(self._finish.lower(numbers, carry, 0).compile)
-                self._programs[device] = Programs(first.result(), advance.result(), point.result(), finish.result())
-            return self._programs[device]
 
 
 class Tangents:

@@ -24,7 +24,7 @@ NO_BOUND = ("controller.shaped=true", "controller.adapt_bound=false")
 def captured(overrides: tuple[str, ...], samples: int) -> int:
     """How many of the first samples of the runaway campaign are captured."""
     problem = load(RUNAWAY, overrides)
-    flyer = Flyer(problem.loop, problem.metrics)
+    flyer = Flyer.of(problem)
     count = 0
     for first in range(0, samples, LANES):
         _, drawn = Draws.of(problem, np.arange(first, first + LANES))

@@ -36,7 +36,7 @@ def a_flight(
 
 def flown(draws: Draws, drawn: object) -> Flown:
     problem = load(CAMPAIGN, SHORT)
-    return Flyer(problem.loop, problem.metrics).fly(drawn, problem.spec.horizon.steps, 100, with_envelope=True)
+    return Flyer.of(problem).fly(drawn, problem.spec.horizon.steps, 100, with_envelope=True)
 
 
 def test_shapes() -> None:

@@ -38,7 +38,7 @@ def run(folder: Path, killers: list[str]) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-x", *(f"tests/{killer}" for killer in killers)],
         cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(folder)},
+        env=os.environ | {"PYTHONPATH": str(folder), "HYPOTHESIS_PROFILE": "mutant"},
         capture_output=True,
         text=True,
         check=False,

@@ -17,7 +17,7 @@ from rvjax.columns import CHANNELS
 from rvjax.components.disturbances import gravity_gradient
 from rvjax.physics.state import State
 from rvjax.simulation import jax_config, rk4
-from rvjax.simulation.batch import Flown, Flyer
+from rvjax.simulation.batch import Compiler, Flown, Flyer
 from rvjax.simulation.closed_loop import Drawn
 from tests import flights
 from tests.flights import Recorder
@@ -103,7 +103,7 @@ def test_gravity_gradient_is_a_torque_alone() -> None:
 @pytest.fixture(scope="module")
 def flyer() -> Flyer:
     """The adaptive law with faults."""
-    return Flyer(ADAPTIVE, flights.METRICS)
+    return Flyer(Compiler(ADAPTIVE, flights.METRICS))
 
 
 @pytest.fixture(scope="module")

@@ -39,8 +39,8 @@ SIGNALS = {
 STEP_S, STEPS = 0.1, 24
 T = np.arange(STEPS + 1) * STEP_S
 DURATION_S = STEPS * STEP_S
-FORMULAS, ROUNDS, SAMPLES = 12, 10, 32
-"""Of random pairs of formula and trace: 12 structures in each of 10 programs, each with 32 traces and sets of numbers."""
+FORMULAS, ROUNDS, SAMPLES = 12, 5, 64
+"""Of random pairs of formula and trace: 12 structures in each of 5 programs, each with 64 traces and sets of numbers."""
 
 
 def state(generator: np.random.Generator, depth: int = 2) -> Said:
@@ -267,7 +267,7 @@ def test_a_flight_has_the_margins_of_its_trace() -> None:
     """Also with other numbers in the same program, out of which the traces come again. Kills: a threshold, scale or window that
     is a constant of the program, a signal of another column, a limit of the wrong side, a fold that misses the last step."""
     one = problem()
-    flyer = Flyer(one.loop, one.metrics)
+    flyer = Flyer.of(one)
     seen: list[Array] = []
     for own in (one, problem(*OTHER)):
         assert set(own.metric_columns) >= {f"margin.{name}" for name in MARGINS}

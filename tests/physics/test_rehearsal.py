@@ -115,7 +115,7 @@ def contracts(folder: Path, *families: str) -> subprocess.CompletedProcess[str]:
     """The tests of every member, on the new ones alone, in a process of their own."""
     files = [f"tests/physics/{CONTRACTS[family]}" for family in families]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", "--tb=short", "-k", NAME, *files]
-    environment = os.environ | {"PYTHONPATH": str(folder)}
+    environment = os.environ | {"PYTHONPATH": str(folder), "HYPOTHESIS_PROFILE": "mutant"}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 

@@ -21,7 +21,7 @@ from typing import Any
 PLACES = ("start", "open", "fly", "take", "worst", "report", "write", "verdict")
 """What a run goes through; it comes more than once through `take`, and through `write` for every file of the report."""
 
-SECTIONS = 4
+SECTIONS = 2
 """Sections of a report, so that drawing it does not take longer than all the rest."""
 
 

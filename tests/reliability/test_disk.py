@@ -153,12 +153,12 @@ def test_a_full_disk(mounted: Nursery, tmp_path: Path, figure: Callable[[str], N
     disk = mounted.root() / str(tmp_path / "small").lstrip("/")
     ballast = disk / "ballast"
     kept: list[str] = []
-    sizes = {file: file.stat().st_size for file in (tmp_path / "whole").rglob("*") if file.is_file()}
+    sizes = {file: -(-file.stat().st_size // 4096) * 4096 for file in (tmp_path / "whole").rglob("*") if file.is_file()}
     flown = sum(size for file, size in sizes.items() if file.suffix == ".parquet") // 1000
     report = sum(sizes.values()) // 1000 - flown
-    for room in (0, flown // 2, flown + report // 2):  # KB
-        free = os.statvfs(disk)
-        size = (ballast.stat().st_size if ballast.exists() else 0) + free.f_bavail * free.f_frsize - room * 1000
+    for room in (0, flown // 2, flown + report // 2):  # KB for the whole run
+        blocks = os.statvfs(disk)
+        size = blocks.f_blocks * blocks.f_frsize - room * 1000
         with ballast.open("wb") as file:
             file.write(bytes(max(0, size)))
         log.unlink()

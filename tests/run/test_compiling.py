@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, OrderedDict
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,18 +11,20 @@ import numpy as np
 import pytest
 
 from rvjax.execution.run import run
+from rvjax.simulation import batch
 from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import load
-from tests.short import CAMPAIGN, SHORT
+from tests.short import CAMPAIGN, QUICK, SHORT
 
 BUILT = "/jax/core/compile/backend_compile_duration"
 """Recorded for each program that is compiled or read from the cache."""
 
 HIT, MISSED = "/jax/compilation_cache/cache_hits", "/jax/compilation_cache/cache_misses"
 
-OTHER = ("seed=7", "samples=300", "controller.gains.k1=0.07", "pursuer.mass_kg={uniform: [90, 95]}", "horizon.duration_s=19")
-"""Another seed, number of samples, gain, range and duration."""
+OTHER = ("seed=7", "samples=300", "pursuer.mass_kg={uniform: [90, 95]}", "horizon.duration_s=19")
+GAIN, GAIN_QUICK = "controller.gains.k1=0.07", "controller.gains.k_nu=0.11"
+"""Another seed, number of samples, range and duration; and another gain, of either controller."""
 
 Count = Callable[[], Counter[str]]
 
@@ -48,26 +50,50 @@ def count() -> Count:
     return taken
 
 
+@pytest.fixture
+def forgetful(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a new process: nothing that other tests have compiled is there."""
+    monkeypatch.setattr(batch, "_compilers", OrderedDict())
+
+
+@pytest.mark.usefixtures("forgetful")
 def test_one_flyer_compiles_once(count: Count) -> None:
     """Kills: a number that is a constant of the program, a shape or a type that differs from chunk to chunk."""
     first = load(CAMPAIGN, SHORT)
-    flyer = Flyer(first.loop, first.metrics)
+    flyer = Flyer.of(first)
     count()
-    for place, (problem, chunk) in enumerate(((first, 0), (first, 3), (load(CAMPAIGN, [*SHORT, *OTHER]), 1))):
+    for place, (problem, chunk) in enumerate(((first, 0), (first, 3), (load(CAMPAIGN, [*SHORT, *OTHER, GAIN]), 1))):
         _, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES))
         flyer.fly(drawn, 10 + place, every=5, with_envelope=True, trace=range(place + 1))
         assert count()[BUILT] == (5 if place == 0 else 0), place
 
 
-@pytest.mark.usefixtures("bare")
-def test_another_run_of_the_same_structure_finds_its_programs(count: Count, tmp_path: Path) -> None:
-    """Kills: a seed, a range, a gain, a duration or a number of samples that makes another program. The cache is the user's own:
-    what the first run compiles, the second finds."""
-    short = [*SHORT, "horizon.step_s=0.2"]
+@pytest.mark.usefixtures("bare", "forgetful")
+def test_another_run_of_the_same_structure_finds_its_programs(
+    count: Count, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the same process the programs themselves, in another process those in the cache on the disk. Kills: a seed, a range, a
+    gain, a duration or a number of samples that makes another program."""
+    short = [*SHORT, QUICK, "horizon.step_s=0.2", "disturbances=[]"]
     run(CAMPAIGN, tmp_path / "first", short)
     count()
-    run(CAMPAIGN, tmp_path / "second", [*short, *OTHER])
+    run(CAMPAIGN, tmp_path / "second", [*short, *OTHER, GAIN_QUICK])
+    assert count()[BUILT] == 0
+    monkeypatch.setattr(batch, "_compilers", OrderedDict())
+    run(CAMPAIGN, tmp_path / "third", [*short, *OTHER, GAIN_QUICK])
     found = count()
     assert (found[BUILT], found[HIT], found[MISSED]) == (5, 5, 0)
-    run(CAMPAIGN, tmp_path / "third", [*short, "controller.nussbaum=none"])
+    run(CAMPAIGN, tmp_path / "fourth", [*short, "faults=[]"])
     assert count()[BUILT] == 5
+
+
+@pytest.mark.usefixtures("forgetful")
+def test_a_process_keeps_the_compilers_used_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kills: a process whose memory grows with every structure; the first that is dropped though it was used just now."""
+    monkeypatch.setattr(batch, "KEPT", 2)
+    one, two, three = (load(CAMPAIGN, [*SHORT, QUICK, *more]) for more in ((), ("faults=[]",), ("disturbances=[]",)))
+    kept, dropped = batch.compiler_of(one), batch.compiler_of(two)
+    assert batch.compiler_of(load(CAMPAIGN, [*SHORT, QUICK, *OTHER])) is kept
+    batch.compiler_of(three)
+    assert batch.compiler_of(one) is kept
+    assert batch.compiler_of(two) is not dropped

@@ -9,15 +9,19 @@ import pandas as pd
 import pytest
 
 from rvjax.execution.replay import replay
-from rvjax.execution.run import TRACED, run
+from rvjax.execution.run import run
 from rvjax.run_folder import RunFolder
-from tests.short import CAMPAIGN, SHORT
+from tests.short import CAMPAIGN, QUICK, SHORT
+
+SAMPLES = 110
+GROUP = 40
+"""Flights that are traced together here, so that few samples are several groups."""
 
 SOME = [
     *SHORT,
-    "samples=220",
+    f"samples={SAMPLES}",
     "horizon={duration_s: 20, step_s: 0.2}",
-    "controller={use: pd-plus}",
+    QUICK,
     "capture={position_m: 18, attitude_mrp: 1, window_s: 5}",
 ]
 """Not every sample is captured; few steps, since of most samples every one is kept."""
@@ -31,24 +35,25 @@ def kept(folder: Path) -> list[int]:
 
 
 @pytest.mark.usefixtures("bare")
-def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path) -> None:
+def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All with one folder, in which nothing but the kept flights is flown again. Kills: a policy that does nothing, one sample
     off, flights of an older policy that stay, more than one group of flights mixed up, a flight kept under another number."""
+    monkeypatch.setattr("rvjax.execution.run.TRACED", GROUP)
     folder = tmp_path / "run"
     run(CAMPAIGN, folder, [*SOME, "keep={worst: 0, failed: true}"])
     frame = RunFolder.open(folder).samples().frame
     failed = frame.loc[frame["outcome"] != "captured", "sample"].tolist()
-    assert 5 < len(failed) < 110
+    assert 5 < len(failed) < SAMPLES / 2
     assert kept(folder) == failed
     before = {path.name: path.read_bytes() for path in (folder / "traces").iterdir()}
 
     flown: list[int] = []
     run(CAMPAIGN, folder, [*SOME, "keep={all: true}"], on_progress=lambda done, total: flown.append(done))
-    assert kept(folder) == list(range(220))
-    assert 220 - len(before) > TRACED, "several groups"
+    assert kept(folder) == list(range(SAMPLES))
+    assert SAMPLES - len(before) > GROUP, "several groups"
     assert {name: (folder / "traces" / name).read_bytes() for name in before} == before
     opened = RunFolder.open(folder)
-    for sample in (77, 219):
+    for sample in (77, SAMPLES - 1):
         again, _, row = replay(folder, sample)
         pd.testing.assert_frame_equal(opened.trace(sample), again, check_exact=True)
         last = opened.trace(sample).iloc[-1]
@@ -58,7 +63,7 @@ def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path) -> None:
     run(CAMPAIGN, folder, [*SOME, "keep={worst: 0, percentiles: true}"], on_progress=lambda done, total: flown.append(done))
     settling = frame["metric.settling_time_s"].fillna(np.inf).to_numpy()
     order = np.argsort(settling, kind="stable")
-    assert kept(folder) == sorted({int(order[int(np.ceil(q * 220)) - 1]) for q in (0.05, 0.25, 0.5, 0.75, 0.95)})
+    assert kept(folder) == sorted({int(order[int(np.ceil(q * SAMPLES)) - 1]) for q in (0.05, 0.25, 0.5, 0.75, 0.95)})
 
     run(CAMPAIGN, folder, SOME, on_progress=lambda done, total: flown.append(done))
     window = frame["metric.window_position_error_m"]

@@ -14,9 +14,13 @@ import pytest
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.jax_config import EXTRA, SETTINGS, with_settings
-from tests.short import CAMPAIGN, SHORT
+from tests.short import CAMPAIGN, QUICK, SHORT
 
 CONFIGURED = "from rvjax.simulation import jax_config; jax_config.configure(); import os; print(os.environ['XLA_FLAGS'])"
+
+
+BARE = (QUICK, "faults=[]", "disturbances=[]", "require=[]", "keep={worst: 0}")
+"""The programs that compile soonest."""
 
 
 def python(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -114,7 +118,7 @@ def test_devices_share_the_chunks_and_change_no_bit(tmp_path: Path) -> None:
         "run",
         str(CAMPAIGN),
         "--quiet",
-        *(part for one in (*SHORT, f"samples={LANES + 28}", "keep={worst: 0}") for part in ("--set", one)),
+        *(part for one in (*SHORT, *BARE, f"samples={LANES + 28}") for part in ("--set", one)),
     ]
     for devices in (1, 2):
         own = [*words, "--out", str(tmp_path / str(devices))]

@@ -21,11 +21,9 @@ from rvjax.report.run_view import open_run
 from rvjax.run_folder import Audited, RunFolder
 from rvjax.simulation import tables
 from rvjax.simulation.batch import LANES
-from tests.short import CAMPAIGN, SHORT
+from tests.short import CAMPAIGN, QUICK, SHORT
 
 REPLAYED = (LANES - 1, 2 * LANES + 167, 3 * LANES + 49)
-
-QUICK = "controller={use: pd-plus}"
 
 TRACE_COLUMNS = [
     "t_s",

@@ -17,13 +17,17 @@ from tests.short import CAMPAIGN
 
 FAST_MATH = ("simd_c",)
 STATE_ONLY = ("diffrax",)
+ADAPTIVE, PD_PLUS = "{use: saturated-adaptive, derivative: none}", "{use: pd-plus}"
+CONTROLLERS = {"plain_vmap": PD_PLUS, "diffrax": PD_PLUS}
+"""Of the yardsticks that call the functions of the product, the controller that compiles soonest. All others translate these
+functions, and fly the controller with most of them."""
 
 
 @pytest.fixture(scope="module")
-def smooth(tmp_path_factory: pytest.TempPathFactory) -> Case:
+def smooth(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Case:
     """Five seconds without the Levant differentiator, whose sign switches no two compilers repeat; faults at once."""
     place = tmp_path_factory.mktemp("case")
-    text = CAMPAIGN.read_text().replace("{use: saturated-adaptive}", "{use: saturated-adaptive, derivative: none}")
+    text = CAMPAIGN.read_text().replace("{use: saturated-adaptive}", request.param)
     file = place / "smooth.yaml"
     file.write_text(text.replace("onset_s: {uniform: [30, 150]}", "onset_s: {uniform: [1, 4]}"))
     return case(file, LANES, 100, "float64", place / "start.npz")
@@ -43,7 +47,9 @@ def ours(smooth: Case) -> Values:
     return own_flight.prepare(smooth)()
 
 
-@pytest.mark.parametrize("name", YARDSTICKS)
+@pytest.mark.parametrize(
+    ("name", "smooth"), [(name, CONTROLLERS.get(name, ADAPTIVE)) for name in YARDSTICKS], ids=YARDSTICKS, indirect=["smooth"]
+)
 def test_every_yardstick_flies_to_the_same_end(name: str, smooth: Case, ours: Values) -> None:
     """All metrics to 1e-9. Kills: a primitive translated wrongly, a step too many, drawn numbers in another order."""
     module = yardsticks(clone_folder())[name]
@@ -59,6 +65,7 @@ def test_every_yardstick_flies_to_the_same_end(name: str, smooth: Case, ours: Va
         np.testing.assert_allclose(values, ours[metric], rtol=tolerance, atol=1e-12, err_msg=metric)
 
 
+@pytest.mark.parametrize("smooth", [ADAPTIVE], indirect=True)
 def test_numbers_come_back_as_they_went(smooth: Case, tmp_path: Path) -> None:
     """Kills: leaves in another order."""
     save(tmp_path / "x.npz", smooth.carry)

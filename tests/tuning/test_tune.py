@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import time
+from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -65,6 +66,7 @@ def tuned(campaign: Path, tmp_path_factory: pytest.TempPathFactory, compiles: li
                 compiles.append(-len(compiles))
 
         monkeypatch.setattr(batch, "Programs", Counted)
+        monkeypatch.setattr(batch, "_compilers", OrderedDict())
         return tuning.tune(campaign, tmp_path_factory.mktemp("tuned") / "out", on_message=told)
 
 
@@ -88,7 +90,7 @@ def test_a_candidate_flies_as_its_campaign_does(tuned: tuple[Path, Searched], ca
         sets = [f"{name}={value}" for name, value in one.values.items() if "." in name]
         problem = load(campaign, [*sets, f"seed={seed}"])
         _, drawn = Draws.of(problem, np.arange(LANES))
-        alone = Flyer(problem.loop, problem.metrics).fly(drawn, problem.spec.horizon.steps, problem.spec.horizon.steps)
+        alone = Flyer.of(problem).fly(drawn, problem.spec.horizon.steps, problem.spec.horizon.steps)
         own = flights[flights["search.candidate"] == one.candidate].drop_duplicates("search.sample")
         assert {*range(one.samples)} <= {*own["search.sample"]}
         expected = alone.values["settling_time_s"][own["search.sample"].to_numpy()]

@@ -14,7 +14,6 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import jax
 import numpy as np
@@ -68,7 +67,7 @@ class Flights:
         self._numbers: dict[str, int] = {}
         self._flown: dict[int, dict[int, int]] = {}
         self._rows: list[pd.DataFrame] = []
-        self._programs: dict[tuple[str, Any], Flyer] = {}
+        self._flyers: dict[str, Flyer] = {}
         self._structures: set[str] = set()
         self._chunks = 0
         self._most = most
@@ -167,7 +166,7 @@ class Flights:
 
     def stop(self) -> None:
         """Ends every flight soon."""
-        for flyer in list(self._programs.values()):
+        for flyer in list(self._flyers.values()):
             flyer.stop()
 
     def _problem(self, candidate: int) -> Problem:
@@ -195,7 +194,7 @@ class Flights:
         draws = [Draws.of(problem, samples) for problem, samples in parts]
         drawn = jax.tree.map(lambda *leaves: np.concatenate(leaves), *(numbers for _, numbers in draws))
         problem, place = parts[0][0], devices()[number % len(devices())]
-        flown = self._flyer(problem, jax.tree.structure(drawn)).fly(drawn, problem.spec.horizon.steps, STRETCH, device=place)
+        flown = self._flyer(problem).fly(drawn, problem.spec.horizon.steps, STRETCH, device=place)
         duration = np.concatenate([np.full(len(samples), problem.spec.horizon.duration_s) for problem, samples in parts])
         came = tables.outcomes(flown, duration)
         drawn = {draw_column(name): [table.values[name] for table, _ in draws] for name in draws[0][0].values}
@@ -215,11 +214,8 @@ class Flights:
         columns = {column.name: column for column in (CANDIDATE, VALUES, SAMPLE)} | {name: known[name] for name in self._columns}
         return DataFile.of(Key("samples", number), frame, columns, self._folder.digest)
 
-    def _flyer(self, problem: Problem, structure: Any) -> Flyer:
-        key = problem.structure, structure
-        if key not in self._programs:
-            self._programs.setdefault(key, Flyer(problem.loop, problem.metrics))  # the first of two threads wins
-        return self._programs[key]
+    def _flyer(self, problem: Problem) -> Flyer:
+        return self._flyers.setdefault(problem.structure, Flyer.of(problem))
 
 
 def _key(values: dict[str, Value]) -> str:
