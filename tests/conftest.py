@@ -34,13 +34,22 @@ FIRST = ("reliability", "run", "report", "physics", "tuning", "ci", "cli")
 """Folders with the longest tests: they start first, so that no worker is left alone with one of them at the end."""
 
 
+SHARED = {f"tests/physics/test_{name}.py" for name in ("adaptation", "baselines", "dynamics", "flight", "metrics", "oracle")}
+"""Files that fly the compiled flights of tests/physics/conftest.py."""
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """All tests of a file go to one worker, so that no fixture of a module is built twice."""
+    """All tests of a file go to one worker, and so do those that share the flights of `SHARED`: no fixture is built twice."""
     from xdist.scheduler import LoadFileScheduling
 
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            return "shared flights" if file in SHARED else file
+
     config.option.loadscopereorder = False
-    return LoadFileScheduling(config, log)
+    return Scheduling(config, log)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

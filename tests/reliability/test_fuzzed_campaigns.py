@@ -168,11 +168,11 @@ assert "jax" not in sys.modules
 
 
 def test_parsing_takes_little_memory(full: bool, tmp_path: Path, figure: Callable[[str], None]) -> None:
-    """Hostile files and a share of the mutated ones, in one process that only parses.
+    """Hostile files and a share of the mutated ones, in one process that only parses. By default those that the promise names.
 
     Kills: a file read to its end before its size is known (100 MB), aliases that are followed (10^9 values).
     """
-    cases = hostile()
+    cases = [case for case in hostile() if full or case.name in LISTED]
     for index, case in enumerate(cases):
         (tmp_path / f"{index:05d} {case.name}.yaml").write_bytes(case.content)
     for number in range(0, FILES[full], EVERY):

@@ -25,12 +25,12 @@ functions, and fly the controller with most of them."""
 
 @pytest.fixture(scope="module")
 def smooth(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Case:
-    """Five seconds without the Levant differentiator, whose sign switches no two compilers repeat; faults at once."""
+    """Two and a half seconds without the Levant differentiator, whose sign switches no two compilers repeat; faults at once."""
     place = tmp_path_factory.mktemp("case")
     text = CAMPAIGN.read_text().replace("{use: saturated-adaptive}", request.param)
     file = place / "smooth.yaml"
-    file.write_text(text.replace("onset_s: {uniform: [30, 150]}", "onset_s: {uniform: [1, 4]}"))
-    return case(file, LANES, 100, "float64", place / "start.npz")
+    file.write_text(text.replace("onset_s: {uniform: [30, 150]}", "onset_s: {uniform: [0.5, 2]}"))
+    return case(file, LANES, 50, "float64", place / "start.npz")
 
 
 @pytest.fixture(scope="module")
