@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rvjax.execution.run import run
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.jax_config import EXTRA, SETTINGS, with_settings
@@ -138,15 +139,18 @@ def test_devices_share_the_chunks_and_change_no_bit(tmp_path: Path) -> None:
     assert one.equals(two)
 
 
-def test_outcomes_do_not_depend_on_the_settings(flown: Path, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("bare")
+def test_outcomes_do_not_depend_on_the_settings(tmp_path: Path) -> None:
     """The same campaign without any of them: the same outcomes and, to the last digits, the same metrics."""
     off = f"--xla_cpu_prefer_vector_width=256 --{EXTRA}=xla_cpu_use_multi_output_fusion=false"
-    sets = [part for one in (*SHORT, "keep={worst: 0}") for part in ("--set", one)]
-    words = ["rvjax", "run", str(CAMPAIGN), "--out", str(tmp_path / "run"), "--quiet", *sets]
+    short = (*SHORT, QUICK, "keep={worst: 0}")
+    words = ["rvjax", "run", str(CAMPAIGN), "--out", str(tmp_path / "run"), "--quiet"]
+    words += [part for one in short for part in ("--set", one)]
     bare = "from rvjax.report import sections; sections.SECTIONS = ()"
     done = python(f"{bare}; from rvjax.cli import main; import sys; sys.argv = {words!r}; main()", XLA_FLAGS=off)
     assert done.returncode == 3, done.stderr
-    plain, ours = (RunFolder.open(folder).samples().frame for folder in (tmp_path / "run", flown))
+    run(CAMPAIGN, tmp_path / "ours", short)
+    plain, ours = (RunFolder.open(tmp_path / name).samples().frame for name in ("run", "ours"))
     assert plain["outcome"].tolist() == ours["outcome"].tolist()
     draws = [name for name in ours if name.startswith("draw.")]
     assert plain[draws].equals(ours[draws])
