@@ -20,6 +20,7 @@ from rvjax.analysis.run_totals import Totals, wanted
 from rvjax.analysis.verdicts import Verdict, campaign_of
 from rvjax.campaign import Spec
 from rvjax.campaign.choice import Choice
+from rvjax.campaign.trace_retention import steps_per_row
 from rvjax.components.samplers import sampling_design_of
 from rvjax.cores import cores
 from rvjax.errors import UsageError
@@ -34,9 +35,6 @@ from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.problem import Problem, load
-
-TRACE_ROWS = 600
-"""A kept flight has up to this many rows; a longer one is thinned."""
 
 TRACED = 104
 """Flights that are traced together: each takes 400 kB until it is written."""
@@ -260,7 +258,7 @@ def _keep_traces(runner: ChunkRunner, folder: RunFolder, samples: Sequence[int])
     kept = set(folder.trace_samples())
     folder.drop_traces(kept.difference(samples))
     new = [sample for sample in samples if sample not in kept]
-    every = math.ceil(runner.problem.spec.horizon.steps / TRACE_ROWS)
+    every = steps_per_row(runner.problem.spec.horizon.steps)
 
     def fly_group(group: Sequence[int]) -> dict[int, Trace]:
         return dict(trace(runner.problem, runner.flyer, group, every, recorded(folder, group)))

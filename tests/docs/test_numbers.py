@@ -13,7 +13,7 @@ import pytest
 from benchmarks import fair
 from rvjax.analysis import baseline, run_totals
 from rvjax.campaign import Spec, csv_files, load, thruster_layout
-from rvjax.campaign.trace_retention import Keep
+from rvjax.campaign.trace_retention import TRACE_ROWS, Keep
 from rvjax.components.controllers.saturated_adaptive import Gains
 from rvjax.components.metrics import saturation
 from rvjax.components.registry import FAMILIES, members
@@ -70,6 +70,12 @@ CLAIMS = [
     ("docs/ci.md", f"the first {baseline.MOST:,} samples"),
     ("docs/ci.md", f"{WORDS[len(baseline.METRICS)]} metrics"),
     ("docs/ci.md", f"on the {campaign('ci/docking').samples} common draws"),
+    ("docs/architecture.md", f"a trace of at most {TRACE_ROWS + 1} rows"),
+    ("docs/campaigns.md", f"at most {TRACE_ROWS + 1} rows: a flight of more than {TRACE_ROWS} steps is thinned"),
+    ("docs/campaigns.md", f"the kept flights, at most {TRACE_ROWS + 1} instants of each"),
+    ("docs/glossary.md", f"A kept trace has at most {TRACE_ROWS + 1} instants"),
+    ("rvjax/cli/starter.yaml", f"flights to keep, up to {TRACE_ROWS + 1} instants of each"),
+    ("rvjax/campaign/trace_retention.py", f"traces of at most {TRACE_ROWS + 1} rows"),
     ("docs/cluster.md", f"A chunk of {LANES} samples"),
     ("docs/cluster.md", f"raises an error {WORDS[dask_client.RETRIES + 1]} times"),
     ("docs/controllers.md", f"flies {1 + fair.WIDE + fair.NEAR} candidates on {LANES} samples"),

@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 
 from rvjax.analysis.run_totals import HEAD, Totals, worst_first
-from rvjax.report.blocks import Code, Number, Section, Table
+from rvjax.report.blocks import Code, Drawing, Number, Section, Table
 from rvjax.report.metric_tables import quantiles
 from rvjax.report.plotting import STYLE
 from rvjax.report.run_view import OVERLAID, Run, open_run
@@ -43,6 +43,18 @@ def test_worst_samples_come_first(run: Run) -> None:
     assert rows["outcome_time_s"].iloc[:20].is_monotonic_increasing
     assert rows["metric.window_position_error_m"].iloc[20:40].is_monotonic_decreasing
     assert rows["metric.settling_time_s"].iloc[40:].is_monotonic_decreasing
+
+
+def test_captions_over_time_say_how_many_instants_are_shown(run: Run, sections: list[Section]) -> None:
+    """Kills: a caption that promises every step of a thinned history."""
+    over_time = next(section for section in sections if section.key == "envelopes")
+    captions = [block.caption for block in over_time.body if isinstance(block, Drawing)]
+    traced = {len(trace) for trace in run.traces.values()}
+    assert len(captions) == 2
+    for caption in captions:
+        assert f"samples at {run.envelopes['t_s'].nunique()} instants" in caption
+        assert "Peaks between these instants are not shown" in caption
+        assert all(f"kept trace, {rows} instants each" in caption for rows in traced)
 
 
 def test_only_the_worst_flights_are_read(made: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -70,3 +70,20 @@ def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path, monkeypatch: p
     worst = frame.assign(window=window)[frame["outcome"] == "not_settled"].sort_values("window", ascending=False)["sample"][:10]
     assert kept(folder) == sorted(worst)
     assert flown == []
+
+
+@pytest.mark.usefixtures("bare")
+@pytest.mark.parametrize(("steps", "times"), [(600, 601), (1201, 402)])
+def test_a_kept_flight_has_at_most_601_rows(tmp_path: Path, steps: int, times: int) -> None:
+    """Every n-th step and the last, as the documents promise; a replay has every step. Kills: a long flight kept step by step,
+    a trace that ends before the flight does, a row count that is off."""
+    step = 0.05
+    horizon = f"horizon={{duration_s: {steps * step:.2f}, step_s: {step}}}"
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, "samples=4", horizon, "keep={worst: 1}"])
+    opened = RunFolder.open(tmp_path / "run")
+    (sample,) = opened.trace_samples()
+    kept_times = opened.trace(sample)["t_s"].to_numpy()
+    apart = -(-steps // 600)
+    assert len(kept_times) == times <= 601
+    np.testing.assert_allclose(kept_times, [*np.arange(0, steps, apart) * step, steps * step], atol=1e-9)
+    assert len(replay(tmp_path / "run", sample)[0]) == steps + 1

@@ -31,11 +31,11 @@ def section(run: Run) -> Section:
     kept = len(set(run.envelopes["sample"]))
     lead = f"Time histories of {count(kept)} of the {count(run.flown)} flown samples."
     table = run.envelopes.pivot(index="sample", columns="t_s")
-    body = (_norm_figure(run, table, kept), _norm_table(run, table, kept), _wrench_figure(run, table, kept))
+    body = (_norm_figure(run, table), _norm_table(run, table, kept), _wrench_figure(run, table))
     return Section("envelopes", title, lead, body)
 
 
-def _norm_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
+def _norm_figure(run: Run, table: pd.DataFrame) -> Drawing:
     figure, panels = plotting.axes(2, 2, 5.6, sharex=True)
     for axis, (name, (words, symbol, unit)) in zip(panels, _NORMS.items(), strict=True):
         values = _history(table, name)
@@ -52,10 +52,10 @@ def _norm_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
         axis.set_ylabel(axis_label(symbol, unit))
         _marks(axis, run, table)
     _finish(panels, 2)
-    return Drawing("envelopes", _caption("Errors and rates", run, kept), figure)
+    return Drawing("envelopes", _caption("Errors and rates", run, table), figure)
 
 
-def _wrench_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
+def _wrench_figure(run: Run, table: pd.DataFrame) -> Drawing:
     figure, panels = plotting.axes(2, 3, 4.9, sharex=True)
     for axis, name in zip(panels, CHANNELS, strict=True):
         plotting.bands(axis, _times(table), _history(table, f"cmd_{name}"), lost=math.nan)
@@ -70,7 +70,7 @@ def _wrench_figure(run: Run, table: pd.DataFrame, kept: int) -> Drawing:
         _marks(axis, run, table)
     _finish(panels, 3)
     low, high = run.spec.actuators.spread.supports[0]
-    text = _caption("Commanded wrench h(v) with its nominal limits", run, kept)
+    text = _caption("Commanded wrench h(v) with its nominal limits", run, table)
     if high > low:
         text += f" Each sample draws its limits between {setting(low)} and {setting(high)} times the nominal ones."
     return Drawing("wrench", text, figure)
@@ -130,8 +130,11 @@ def _finish(panels: list[Axes], columns: int) -> None:
     panels[0].figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=len(unique))
 
 
-def _caption(what: str, run: Run, kept: int) -> str:
-    worst = f" Red: the {len(run.traces)} worst flights with a kept trace." if run.traces else ""
+def _caption(what: str, run: Run, table: pd.DataFrame) -> str:
+    rows = max(map(len, run.traces.values()), default=0)
+    worst = f" Red: the {len(run.traces)} worst flights with a kept trace, {count(rows)} instants each." if run.traces else ""
     onsets = " Orange: the range of fault onsets." if run.onsets() else ""
     lost = " A flight that diverged counts as an infinite error from then on; its wrench is left out."
-    return f"{what} over time for {count(kept)} samples: median, 5–95 % range, and full range.{worst}{onsets}{lost}"
+    shown = f"{count(len(table))} samples at {count(_times(table).size)} instants"
+    between = " Peaks between these instants are not shown; the metrics count every step."
+    return f"{what} over time for {shown}: median, 5–95 % range, and full range.{between}{worst}{onsets}{lost}"
