@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -65,9 +65,14 @@ class UsageError(RvjaxError):
 
 
 class IncompleteError(RvjaxError):
-    """Work was stopped or lost; what was committed is kept and the same command goes on from there."""
+    """Work was stopped or lost; what was committed is kept and the same command goes on from there.
+
+    stopped: the folder that keeps it; go_on_with: the words of the command. Both are empty where no folder was opened.
+    """
 
     exit_code: ClassVar[int] = 4
+    stopped: str = ""
+    go_on_with: Sequence[str] = ()
 
 
 class AuditError(RvjaxError):

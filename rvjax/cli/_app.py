@@ -8,6 +8,7 @@ import sys
 import threading
 import traceback
 import warnings
+from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -17,7 +18,7 @@ import typer
 
 import rvjax
 from rvjax.cli._output import Output, say
-from rvjax.errors import CampaignError, RvjaxError
+from rvjax.errors import CampaignError, Finding, IncompleteError, RvjaxError
 
 COMMANDS = (
     *("init", "validate", "run", "check", "report", "compare", "tune", "worst", "replay"),
@@ -72,12 +73,9 @@ def main() -> NoReturn:
         code = program()(standalone_mode=False)
     except RvjaxError as error:
         code = _report(error)
-    except typer.Abort:
-        code = 130
-    except KeyboardInterrupt:
-        code = 130
-    except Terminated:
-        code = 143
+    except (typer.Abort, KeyboardInterrupt, Terminated) as stop:
+        code = 143 if isinstance(stop, Terminated) else 130
+        _tell_github(code, reason(stop))
     except Exception as error:  # noqa: BLE001
         code = _unexpected(error)
     sys.exit(code if isinstance(code, int) else 0)
@@ -106,15 +104,37 @@ def _warn(message: Warning | str, *origin: Any) -> None:
 
 def _report(error: RvjaxError) -> int:
     say(str(error), sys.stderr)
-    if os.environ.get("GITHUB_ACTIONS") == "true":
-        from rvjax.report.ci import github
-
-        annotations = github.of_findings(error.findings) if isinstance(error, CampaignError) else [github.of_error(str(error))]
-        Output(as_json="--json" in sys.argv).annotate(annotations)
+    _tell_github(error.exit_code, str(error), error.findings if isinstance(error, CampaignError) else ())
     if "--json" in sys.argv:
         findings = [vars(finding) for finding in error.findings] if isinstance(error, CampaignError) else []
-        Output(as_json=True).document({"error": str(error), "findings": findings, "exit_code": error.exit_code})
+        document = {"error": str(error), "findings": findings, "exit_code": error.exit_code}
+        if isinstance(error, IncompleteError) and error.stopped:
+            document |= {"stopped": error.stopped, "go_on_with": error.go_on_with}
+        Output(as_json=True).document(document)
     return error.exit_code
+
+
+def reason(error: BaseException) -> str:
+    """Why a command ended, in words."""
+    if isinstance(error, RvjaxError):
+        return str(error)
+    if isinstance(error, (KeyboardInterrupt, typer.Abort, Terminated)):
+        return f"stopped by {'SIGTERM' if isinstance(error, Terminated) else 'SIGINT'} before its end"
+    return f"internal error (a bug in rvjax): {type(error).__name__}: {error}"
+
+
+def _tell_github(code: int, text: str, findings: Sequence[Finding] = ()) -> None:
+    """Annotations and a job summary of what ended the command; nothing outside of GitHub Actions."""
+    if os.environ.get("GITHUB_ACTIONS") != "true":
+        return
+    from rvjax.report.ci import github
+
+    output = Output(as_json="--json" in sys.argv)
+    output.annotate(github.of_findings(findings) if findings else [github.of_error(text)])
+    try:
+        github.append_summary(github.summary_of_error(["rvjax", *sys.argv[1:]], code, text))
+    except OSError as problem:
+        output.note(f"no job summary: {problem}")
 
 
 def _unexpected(error: Exception) -> int:
@@ -122,7 +142,9 @@ def _unexpected(error: Exception) -> int:
     message = getattr(error, "format_message", None)
     if message is not None:
         say(f"rvjax: {message()}\nTry `rvjax --help`.", sys.stderr)
+        _tell_github(2, str(message()))
         return 2
+    _tell_github(4, reason(error))
     traceback.print_exception(error)
     print("rvjax: internal error (a bug in rvjax); please report it", file=sys.stderr)
     return 4

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import shlex
-from collections.abc import Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rvjax.cli._output import Output
-from rvjax.errors import RvjaxError, UsageError
+from rvjax.cli._app import reason
+from rvjax.cli._output import Output, say
+from rvjax.errors import FolderError, RvjaxError, UsageError
 
 if TYPE_CHECKING:
     from rvjax.analysis.baseline import BaselineComparison
@@ -18,41 +21,66 @@ if TYPE_CHECKING:
     from rvjax.run_folder import RunFolder
 
 
-@dataclass(frozen=True)
+@dataclass
 class CiOutputs:
     """junit_xml: a file to write. against: a baseline to compare with. write_baseline: a baseline to write."""
 
     junit_xml: Path | None = None
     against: Path | None = None
     write_baseline: Path | None = None
-
-    def begin(self) -> None:
-        """Checks the files before anything flies and removes the JUnit XML of an earlier run.
-
-        UsageError where `against` is no baseline, or where a file cannot be written.
-        """
-        for path in (self.junit_xml, self.write_baseline):
-            if path is not None and path.is_dir():
-                raise UsageError(f"{path}: this is a folder; accepted: the path of a file to write")
-        if self.junit_xml is not None:
-            try:
-                self.junit_xml.unlink(missing_ok=True)
-            except OSError as error:
-                raise UsageError(f"{self.junit_xml}: cannot be written: {error.strerror}; accepted: another path") from error
-        if self.against is not None:
-            from rvjax.analysis import baseline
-
-            with self.errors("baseline"):
-                baseline.read(self.against)
+    _judged: bool = field(default=False, init=False)
 
     @contextmanager
-    def errors(self, name: str) -> Iterator[None]:
-        """An error inside is also written into the JUnit XML, under this name of a test suite."""
+    def promised(self, campaign: Path, name: str, out: Path | None = None) -> Iterator[Callable[[], None]]:
+        """Whatever happens inside, the JUnit XML of this run is written: its verdicts, or why there are none.
+
+        At first the file says that the run has not ended, for a process that is killed. Gives the function to call once the run
+        folder is there. name: of the test suite, the campaign's. out: a new run folder, which must be empty until it is made.
+        UsageError where `against` is no baseline, or where a file cannot be written; nothing has flown then.
+        """
+        self._check(campaign)
+        early = self.junit_xml is None or out is None or not self.junit_xml.absolute().is_relative_to(out.absolute())
+        if early:
+            self._begin(name)
+        elif self.junit_xml is not None:
+            self.junit_xml.unlink(missing_ok=True)
         try:
-            yield
-        except RvjaxError as error:
-            self._write_junit(name, error=str(error))
+            if self.against is not None:
+                from rvjax.analysis import baseline
+
+                baseline.read(self.against)
+            yield lambda: None if early else self._begin(name)
+        except BaseException as error:
+            if not self._judged:
+                self._write_error(name, error)
             raise
+
+    def _check(self, campaign: Path) -> None:
+        """UsageError where a file cannot be written, or where writing it would destroy what the command reads."""
+        from rvjax.run_folder import atomic_files
+
+        read = {os.path.realpath(campaign): "the campaign"}
+        if self.against is not None:
+            read[os.path.realpath(self.against)] = "the baseline"
+        for option, path in (("--junit-xml", self.junit_xml), ("--write-baseline", self.write_baseline)):
+            if path is None:
+                continue
+            what = read.get(os.path.realpath(path))
+            if what is not None and (option, what) != ("--write-baseline", "the baseline"):
+                raise UsageError(f"{option} {path}: this file is {what}; accepted: another path")
+            read[os.path.realpath(path)] = f"the file of {option}"
+            atomic_files.check_file(path)
+
+    def _begin(self, name: str) -> None:
+        """The JUnit XML of a run that has not ended."""
+        self._write_junit(name, error="the run has not ended: it is running, or it was killed")
+
+    def _write_error(self, name: str, error: BaseException) -> None:
+        """The JUnit XML of a run without verdicts."""
+        try:
+            self._write_junit(name, error=reason(error))
+        except RvjaxError as problem:  # the first error is the one to report
+            say(str(problem), sys.stderr)
 
     def worst_samples(self, folder: RunFolder, verdicts: Sequence[Verdict], output: Output) -> list[int | None]:
         """The worst sample for each requirement that does not pass; None where it passes or no output shows it."""
@@ -100,6 +128,7 @@ class CiOutputs:
         file: the campaign whose lines are annotated. error: why the comparison failed."""
         from rvjax.report.ci import github
 
+        self._judged = True
         if self.junit_xml is None and not github.active():
             return
         from rvjax.campaign.source import read
@@ -131,7 +160,25 @@ class CiOutputs:
         cases = [*junit.of_verdicts(verdicts, advice), *junit.of_comparisons(comparisons, str(self.against))]
         if error:
             cases.append(junit.of_error("baseline" if verdicts else "campaign", error))
-        atomic_files.replace(self.junit_xml, junit.junit(name, cases))
+        try:
+            atomic_files.replace(self.junit_xml, junit.junit(name, cases))
+        except FolderError as problem:
+            raise UsageError(f"{self.junit_xml}: cannot be written: {_why(problem)}; accepted: another path") from problem
+
+
+def _why(problem: FolderError) -> str:
+    """What the file system says."""
+    cause = problem.__cause__
+    return (cause.strerror if isinstance(cause, OSError) else None) or str(problem)
+
+
+def campaign_name(file: Path, values: Sequence[str] = ()) -> str:
+    """The name that a campaign file states, also where the campaign is wrong elsewhere; else the name of the file."""
+    from rvjax.campaign.overrides import override
+    from rvjax.campaign.source import read
+
+    stated = (override(read(file), values).value or {}).get("name")
+    return stated if isinstance(stated, str) and stated.strip() else file.stem
 
 
 def _advice(folder: Path, sample: int | None) -> str:

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rvjax.cli._ci_outputs import CiOutputs
+from rvjax.cli._ci_outputs import CiOutputs, campaign_name
 from rvjax.cli._output import Output, verdict_documents
 from rvjax.cli._resuming import resumable
-from rvjax.errors import RvjaxError
+from rvjax.errors import FolderError, RvjaxError
 
 if TYPE_CHECKING:
     from rvjax.analysis.baseline import BaselineComparison
@@ -29,27 +29,29 @@ def fly_and_judge(
     until_decided: bool = False,
 ) -> int:
     """Flies a campaign and prints its verdicts; returns the exit code. When stopped, prints what is kept and how to resume."""
-    from rvjax.execution.run import RunOptions, fly
+    from rvjax.run_folder import atomic_files
 
-    ci_outputs.begin()
-    executor = _executor(dask, output)
-    words = ["check" if until_decided else "run", str(file)]
-    more = [] if dask is None else ["--dask", dask]
-    with (
-        resumable(words, values, output, more) as on_open,
-        ci_outputs.errors(file.stem),
-        output.progress() as on_progress,
-    ):
-        options = RunOptions(
-            command=sys.argv,
-            executor=executor,
-            until_decided=until_decided,
-            on_progress=on_progress,
-            on_open=on_open,
-            on_baseline=lambda name: output.note(f"{name}, on the same draws"),
-        )
-        finished = fly(file, out, values, options)
-    return _show(finished, output, ci_outputs, file)
+    atomic_files.check_folder(out or Path("reports"))
+    with ci_outputs.promised(file, campaign_name(file, values), out) as on_folder:
+        executor = _executor(dask, output)
+        from rvjax.execution.run import RunOptions, fly
+
+        with resumable(output, out) as on_open, output.progress() as on_progress:
+
+            def opened(folder: Path) -> None:
+                on_open(folder)
+                on_folder()
+
+            options = RunOptions(
+                command=sys.argv,
+                executor=executor,
+                until_decided=until_decided,
+                on_progress=on_progress,
+                on_open=opened,
+                on_baseline=lambda name: output.note(f"{name}, on the same draws"),
+            )
+            finished = fly(file, out, values, options)
+        return _show(finished, output, ci_outputs, file)
 
 
 def _executor(dask: str | None, output: Output) -> ExecutorFactory:
@@ -67,11 +69,15 @@ def judge(folder: Path, output: Output, ci_outputs: CiOutputs) -> int:
     """Prints the verdicts of a run folder; returns the exit code."""
     from rvjax.analysis.verdicts import account_and_verdicts
     from rvjax.execution.run import FinishedRun
+    from rvjax.run_folder import CAMPAIGN, RunFolder
 
-    ci_outputs.begin()
-    with ci_outputs.errors(folder.absolute().name):
+    try:
+        name = RunFolder.open(folder).name
+    except FolderError:  # reported below
+        name = campaign_name(folder / CAMPAIGN)
+    with ci_outputs.promised(folder / CAMPAIGN, name):
         account, verdicts = account_and_verdicts(folder)
-    return _show(FinishedRun(folder, account, verdicts), output, ci_outputs, folder / "campaign.yaml")
+        return _show(FinishedRun(folder, account, verdicts), output, ci_outputs, folder / CAMPAIGN)
 
 
 def _show(finished: FinishedRun, output: Output, ci_outputs: CiOutputs, file: Path) -> int:

@@ -15,20 +15,29 @@ from rvjax.errors import IncompleteError
 
 
 @contextmanager
-def resumable(
-    words: Sequence[str], values: Sequence[str], output: Output, more: Sequence[str] = ()
-) -> Iterator[Callable[[Path], None]]:
+def resumable(output: Output, out: Path | None) -> Iterator[Callable[[Path], None]]:
     """Prints the time of what runs inside, or where it is stopped the command that resumes it. Gives the function to call with
-    the run folder. words: the command and its file; values: those of --set; more: further options."""
+    the run folder. out: the folder that the command line names."""
     started = time.monotonic()
     folders: list[Path] = []
     try:
         yield folders.append
-    except (KeyboardInterrupt, Terminated, IncompleteError):
+    except (KeyboardInterrupt, Terminated, IncompleteError) as error:
         if folders:
-            sets = [word for value in values for word in ("--set", value)]
-            command = ["rvjax", *words, "--out", str(folders[0]), *sets, *more]
+            command = resuming(sys.argv[1:], None if out is not None else folders[0])
             say(f"stopped; what was flown is kept in {folders[0]}. Resume with\n  {shlex.join(command)}", sys.stderr)
-            output.document({"stopped": str(folders[0]), "go_on_with": command})
+            if isinstance(error, IncompleteError):
+                error.stopped, error.go_on_with = str(folders[0]), command
+            else:
+                output.document({"stopped": str(folders[0]), "go_on_with": command})
         raise
     output.note(f"done in {time.monotonic() - started:.0f} s")
+
+
+def resuming(arguments: Sequence[str], folder: Path | None) -> list[str]:
+    """The command with every option of `arguments`. folder: to add as --out."""
+    words = ["rvjax", *arguments]
+    if folder is not None:
+        end = words.index("--") if "--" in words else len(words)
+        words[end:end] = ["--out", str(folder)]
+    return words

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -35,7 +36,7 @@ def command(
     """Print verdicts and set the exit code; a FILE is flown first."""
     output, values = Output(as_json, quiet), overrides(sets, samples, seed)
     ci_outputs = CiOutputs(junit_xml, against, write_baseline)
-    if not place.is_dir():
+    if not os.path.isdir(place):
         return fly_and_judge(place, out, values, output, ci_outputs, dask=dask, until_decided=True)
     if out is not None or values or dask is not None:
         accepted = "--junit-xml, --against, --write-baseline, --json, --quiet; or a campaign file"

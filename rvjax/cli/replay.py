@@ -22,9 +22,11 @@ def command(
 ) -> int:
     """Fly a sample of a run again, with its full trace."""
     from rvjax.execution.replay import replay, save, trace_file
+    from rvjax.run_folder import atomic_files
 
     output = Output(as_json)
     target = trace_file(out or Path(f"sample-{sample:07d}.parquet"))
+    atomic_files.check_file(target)
     trace, columns, row = replay(folder, sample, every)
     save(target, trace, columns)
     metrics = {name.removeprefix(METRIC): value for name, value in row.items() if name.startswith(METRIC)}

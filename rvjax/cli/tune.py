@@ -25,10 +25,13 @@ def command(
     quiet: Quiet = False,
 ) -> int:
     """Search better gains; confirm them on fresh draws."""
+    from rvjax.run_folder import atomic_files
+
+    atomic_files.check_folder(out or Path("reports"))
     from rvjax.search.tuning.tune import tune
 
     output, values = Output(as_json, quiet), overrides(sets, samples, seed)
-    with resumable(["tune", str(file)], values, output) as on_open, output.progress() as on_progress:
+    with resumable(output, out) as on_open, output.progress() as on_progress:
         place, record = tune(
             file, out, values, on_message=output.note, on_progress=on_progress, on_open=on_open, command=sys.argv
         )

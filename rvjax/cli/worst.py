@@ -51,6 +51,8 @@ def command(
 
     output, values = Output(as_json, quiet), overrides(sets, None, seed)
     search = worst_case.prepare(file, values, requirement, vary or ())
+    place = out or Path("reports") / search.problem.spec.name / f"worst-{requirement}"
+    worst_case_export.check(place, search)
 
     def on_progress(done: int, margin: float) -> None:
         output.note(f"{done} of {flights} flights, smallest margin {margin:.4g}")
@@ -65,7 +67,6 @@ def command(
         likeliest_too=likeliest,
         on_progress=on_progress,
     )
-    place = out or Path("reports") / search.problem.spec.name / f"worst-{requirement}"
     campaign = worst_case_export.export(search, result, place, values)
     _show(result, campaign, output)
     return 1 if result.failing else 0

@@ -47,6 +47,39 @@ def explained(path: Path) -> Generator[None, None, None]:
         raise IncompleteError(f"{reason}; {remedy} and {advice}") from error
 
 
+def check_folder(path: Path) -> None:
+    """UsageError where `path` is no folder and cannot become one, or where nothing can be written in it. Changes nothing."""
+    whole = path.absolute()
+    here = next(place for place in (whole, *whole.parents) if os.path.lexists(place))
+    if not os.path.isdir(here):
+        reason = os.strerror(errno.ENOTDIR) if here == whole else f"{here} is not a folder"
+    elif any(len(os.fsencode(part)) > os.pathconf(here, "PC_NAME_MAX") for part in whole.relative_to(here).parts):
+        reason = os.strerror(errno.ENAMETOOLONG)
+    elif os.access(here, os.W_OK | os.X_OK):
+        return
+    else:
+        reason = os.strerror(errno.EROFS if os.statvfs(here).f_flag & os.ST_RDONLY else errno.EACCES)
+    raise UsageError(f"{path}: cannot be written: {reason}; accepted: a folder that can be written, or the path of a new folder")
+
+
+def check_file(path: Path) -> None:
+    """UsageError where no file can be written at `path`. Makes the folders above it; leaves an existing file as it is."""
+    accepted = "accepted: the path of a file that can be written"
+    try:
+        if path.is_dir():
+            raise UsageError(f"{path}: this is a folder; accepted: the path of a file to write")
+        if path.exists() and not path.is_file():
+            raise UsageError(f"{path}: this is not a regular file; {accepted}")
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        trial = _temporary(path)
+        trial.open("xb").close()
+        trial.unlink()
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written: {error.strerror}; {accepted}") from error
+
+
 def inside(root: Path, name: str) -> Path:
     """The path of `name` under `root`; FolderError if it leads out of `root`, also through a link."""
     parts = PurePosixPath(name).parts
@@ -92,7 +125,7 @@ def _publish(path: Path, data: bytes, move: Callable[[Path, Path], None]) -> Non
         if not path.parent.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
             sync(path.parent.parent)
-        temporary = path.with_name(f".{path.name}.{uuid.uuid4().hex}")
+        temporary = _temporary(path)
         try:
             with temporary.open("xb") as file:
                 file.write(data)
@@ -104,6 +137,11 @@ def _publish(path: Path, data: bytes, move: Callable[[Path, Path], None]) -> Non
         finally:
             temporary.unlink(missing_ok=True)
         sync(path.parent)
+
+
+def _temporary(path: Path) -> Path:
+    """A new name next to `path`."""
+    return path.with_name(f".{path.name}.{uuid.uuid4().hex}")
 
 
 def is_temporary(name: str) -> bool:

@@ -15,6 +15,14 @@ from rvjax.search.worst_case import Worst, WorstCaseSearch
 CAMPAIGN, POINTS = "worst.yaml", "worst.csv"
 
 
+def check(folder: Path, search: WorstCaseSearch) -> None:
+    """UsageError where `export` cannot write. Changes nothing."""
+    atomic_files.check_folder(folder)
+    if folder.is_dir():
+        for name in (CAMPAIGN, POINTS, *search.problem.spec.source.inputs):
+            atomic_files.check_file(folder / name)
+
+
 def export(search: WorstCaseSearch, result: Worst, folder: Path, overrides: Sequence[str] = ()) -> Path:
     """Writes the worst case and the most probable failure as a campaign, with the numbers that decide their draws; returns its
     path. With noise in flight only the worst case, which is sample 0, keeps its noise; so it is written alone."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -106,6 +107,12 @@ def summary(campaign: str, verdicts: Sequence[Verdict], comparisons: Sequence[Ba
         cells = [comparison.what, result, f"{comparison.worse:,}", f"{comparison.better:,}", f"{comparison.p:.2g}"]
         lines.append(f"| {' | '.join(map(_cell, cells))} |")
     return "\n".join([*lines, ""])
+
+
+def summary_of_error(command: Sequence[str], code: int, text: str) -> str:
+    """Markdown for a command that ended without a result: the command, its exit code and each line of its message."""
+    lines = [f"- {_cell(line)}" for line in text.splitlines() if line.strip()]
+    return "\n".join([f"### {_cell(shlex.join(command))}: exit code {code}", "", *lines, ""])
 
 
 def _shown(verdict: Verdict, x: float, rounding: Callable[[float], int]) -> str:
