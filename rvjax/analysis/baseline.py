@@ -13,17 +13,16 @@ or processor.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 from numpy.typing import NDArray
 
+from rvjax.analysis.baseline_file import FORMAT, MOST, BaselineFile, MetricValues, read
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator, complies
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import title
@@ -32,10 +31,6 @@ from rvjax.columns import DRAW, Column, drawn_columns, metric_column
 from rvjax.errors import UsageError
 from rvjax.run_folder import RunFolder, atomic_files
 from rvjax.stats import holm, mcnemar
-
-FORMAT = 1
-MOST = 2_000
-"""The largest number of samples in a file: the first of the run."""
 
 TOLERANCE = 0.005
 RISK = 1e-4
@@ -76,7 +71,7 @@ class BaselineComparison:
 
 def write(folder: str | Path, path: Path) -> None:
     """Writes the baseline of a finished run. Errors as in `account_and_verdicts`; UsageError if nothing can be compared."""
-    atomic_files.replace(path, (json.dumps(_document(RunFolder.open(folder)), indent=1, allow_nan=False) + "\n").encode())
+    atomic_files.replace(path, _of(RunFolder.open(folder)).encode())
 
 
 def against(folder: str | Path, path: Path) -> list[BaselineComparison]:
@@ -84,17 +79,17 @@ def against(folder: str | Path, path: Path) -> list[BaselineComparison]:
 
     UsageError if the file is not a baseline, or if its draws, requirements or metrics differ from the run.
     """
-    before, now = read(path), _document(RunFolder.open(folder))
+    before, now = read(path), _of(RunFolder.open(folder))
     if difference := _difference(before, now):
         raise UsageError(f"{path}: {difference}; if the change is intended, make it again with --write-baseline")
     results: list[tuple[str, int, int, float]] = []
-    for name, marks in now["requirements"].items():
-        old, new = (np.array(list(text)) == "1" for text in (before["requirements"][name], marks))
+    for name, marks in now.requirements.items():
+        old, new = (np.array(list(text)) == "1" for text in (before.requirements[name], marks))
         worse, better = int((old & ~new).sum()), int((~old & new).sum())
         results.append((name, worse, better, float(mcnemar(worse, better, better="a"))))
-    for name, metric in now["metrics"].items():
-        old, new = (_values(entry["values"], entry["better"]) for entry in (before["metrics"][name], metric))
-        worse, better = steps(old, new, metric["better"] == "higher")
+    for name, metric in now.metrics.items():
+        old, new = (_values(entry) for entry in (before.metrics[name], metric))
+        worse, better = steps(old, new, metric.better == "higher")
         results.append((name, int(worse.sum()), int(better.sum()), more_than_half(int(worse.sum()), len(worse))))
     corrected = holm([p for *_, p in results]) if results else []
     return [
@@ -122,7 +117,8 @@ def more_than_half(count: int, n: int) -> float:
     return 1.0 if count == 0 else float(bdtrc(count - 1, n, 0.5))
 
 
-def _document(folder: RunFolder) -> dict[str, Any]:
+def _of(folder: RunFolder) -> BaselineFile:
+    """The baseline of a run."""
     campaign, columns = campaign_of(folder), folder.columns()
     drawn = drawn_columns(columns)
     shown = [name for name in METRICS if metric_column(name) in columns]
@@ -135,14 +131,14 @@ def _document(folder: RunFolder) -> dict[str, Any]:
         raise UsageError(f"{folder.path}: no requirement and no metric to compare")
     requirements = [evaluator.requirement for evaluator in evaluators]
     marks = {f"{n}. {title(requirement)}": _marks(requirement, frame) for n, requirement in enumerate(requirements, 1)}
-    return {
-        "format": FORMAT,
-        "campaign": campaign.name,
-        "samples": len(frame),
-        "draws": {name.removeprefix(DRAW): _digest(frame[name].to_numpy(dtype=float)) for name in drawn},
-        "requirements": marks,
-        "metrics": {name: _metric(frame, columns, name) for name in shown},
-    }
+    return BaselineFile(
+        format=FORMAT,
+        campaign=campaign.name,
+        samples=len(frame),
+        draws={name.removeprefix(DRAW): _digest(frame[name].to_numpy(dtype=float)) for name in drawn},
+        requirements=marks,
+        metrics={name: _metric(frame, columns, name) for name in shown},
+    )
 
 
 def _first(folder: RunFolder, names: list[str]) -> pd.DataFrame:
@@ -165,68 +161,30 @@ def _marks(requirement: Requirement, frame: pd.DataFrame) -> str:
     return "".join("1" if complying else "0" for complying in complies(requirement, frame))
 
 
-def _metric(frame: pd.DataFrame, columns: Mapping[str, Column], name: str) -> dict[str, Any]:
+def _metric(frame: pd.DataFrame, columns: Mapping[str, Column], name: str) -> MetricValues:
     column = metric_column(name)
     values = np.where(frame["outcome"] == "not_finite", math.nan, frame[column].to_numpy(dtype=float))
     rounded = [float(f"{x:.9g}") if math.isfinite(x) else None for x in values]
-    return {"better": columns[column].better or "lower", "values": rounded}
+    return MetricValues(better="higher" if columns[column].better == "higher" else "lower", values=rounded)
 
 
-def _values(values: list[float | None], better: str) -> Values:
-    worst = -math.inf if better == "higher" else math.inf
-    return np.array([worst if value is None else value for value in values], dtype=float)
+def _values(metric: MetricValues) -> Values:
+    worst = -math.inf if metric.better == "higher" else math.inf
+    return np.array([worst if value is None else value for value in metric.values], dtype=float)
 
 
-def read(path: Path) -> dict[str, Any]:
-    """Reads a baseline file. UsageError if it is not a baseline."""
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise _refusal(path, str(error)) from error
-    wanted = {"format": int, "campaign": str, "samples": int, "draws": dict, "requirements": dict, "metrics": dict}
-    if not isinstance(document, dict) or any(not isinstance(document.get(name), kind) for name, kind in wanted.items()):
-        raise _refusal(path, "keys are missing")
-    if document["format"] != FORMAT:
-        raise UsageError(f"{path}: a baseline of format {document['format']}; accepted: {FORMAT}")
-    if damaged := _damaged(document):
-        raise _refusal(path, damaged)
-    return document
-
-
-def _refusal(path: Path, reason: str) -> UsageError:
-    return UsageError(f"{path}: not a baseline ({reason}); accepted: a file that --write-baseline wrote")
-
-
-def _damaged(document: Mapping[str, Any]) -> str:
-    """The first part that `write` cannot have written, for example after a merge by hand; empty if there is none."""
-    n = document["samples"]
-
-    def numbers(values: Any, *, none: bool) -> bool:
-        return isinstance(values, list) and all(isinstance(x, float | int) or (none and x is None) for x in values)
-
-    for name, digest in document["draws"].items():
-        if not numbers(digest, none=False):
-            return f"draws of {name}"
-    for name, marks in document["requirements"].items():
-        if not isinstance(marks, str) or len(marks) != n or set(marks) - {"0", "1"}:
-            return f"requirement {name}"
-    for name, metric in document["metrics"].items():
-        if not isinstance(metric, dict) or metric.get("better") not in ("lower", "higher"):
-            return f"metric {name}"
-        if not numbers(metric.get("values"), none=True) or len(metric["values"]) != n:
-            return f"metric {name}"
-    return ""
-
-
-def _difference(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+def _difference(before: BaselineFile, now: BaselineFile) -> str:
     """Why a baseline and a run cannot be compared; empty if they can."""
-    if before["samples"] != now["samples"]:
-        return f"it has {before['samples']} samples, the run has {now['samples']}"
+    if before.samples != now.samples:
+        return f"it has {before.samples} samples, the run has {now.samples}"
     for part in ("draws", "requirements", "metrics"):
-        odd = sorted(before[part].keys() ^ now[part].keys())
+        odd = sorted(getattr(before, part).keys() ^ getattr(now, part).keys())
         if odd:
             return f"its {part} differ from the run: {', '.join(odd[:3])}"
-    for name, digest in now["draws"].items():
-        if len(digest) != len(before["draws"][name]) or not np.allclose(digest, before["draws"][name], rtol=SAME, atol=0.0):
+    for name, digest in now.draws.items():
+        if len(digest) != len(before.draws[name]) or not np.allclose(digest, before.draws[name], rtol=SAME, atol=0.0):
             return f"its draws of {name} differ from the run"
+    for name, metric in now.metrics.items():
+        if before.metrics[name].better != metric.better:
+            return f"its metric {name} says that {before.metrics[name].better} is better, the run says {metric.better}"
     return ""

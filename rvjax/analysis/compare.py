@@ -34,6 +34,7 @@ from rvjax.analysis.verdicts.sentences import MANY, success_of
 from rvjax.campaign import Requirement, Spec
 from rvjax.columns import METRIC, Column, metric_column
 from rvjax.components.samplers import sampling_design_of
+from rvjax.components.settings import default
 from rvjax.errors import UsageError
 from rvjax.run_folder import BASELINES, OUTCOMES
 from rvjax.stats import Estimate, Pairs
@@ -232,9 +233,14 @@ def _wanted(
 def _differing(a: Spec, b: Spec) -> tuple[str, ...]:
     """A line for each key in which the campaigns differ."""
     first, second = (dict(flat(spec.source.value, "")) for spec in (a, b))
-    keys = [key for key in dict.fromkeys([*first, *second]) if first.get(key) != second.get(key)]
-    shown = [key for key in keys if key.split(".")[0] not in _NOT_COMPARED]
-    return tuple(f"{key}: A has {value_text(first, key)}, B has {value_text(second, key)}" for key in shown)
+    keys = [key for key in dict.fromkeys([*first, *second]) if key.split(".")[0] not in _NOT_COMPARED]
+    lines: list[str] = []
+    for key in keys:
+        values = [given[key] if key in given else default(spec, key) for given, spec in ((first, a), (second, b))]
+        if values[0] != values[1]:
+            here, there = (value_text(value, key in given) for value, given in zip(values, (first, second), strict=True))
+            lines.append(f"{key}: A has {here}, B has {there}")
+    return tuple(lines)
 
 
 # --- shares -----------------------------------------------------------------------------------------------------------

@@ -219,6 +219,14 @@ def flat(value: Any, place: str) -> Iterator[tuple[str, Any]]:
         yield place, value
 
 
-def value_text(values: Mapping[str, Any], key: str) -> str:
-    """The value of a campaign key as text; "nothing" if the key is absent."""
-    return f"{values[key]}" if key in values else "nothing"
+def value_text(value: object, given: bool) -> str:
+    """The value of a campaign key as text. given: the campaign file has the key; else the value is the default, None without."""
+    if given:
+        return f"{value}"
+    return (
+        "no value in its file"
+        if value is None
+        else f"the default {value:g}"
+        if isinstance(value, float)
+        else f"the default {value}"
+    )

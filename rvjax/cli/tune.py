@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,11 +36,24 @@ def command(
         place, record = tune(
             file, out, values, on_message=output.note, on_progress=on_progress, on_open=on_open, command=sys.argv
         )
-    _show(place, record, output)
-    return 0
+    code = _exit_code(record)
+    _show(place, record, code, output)
+    return code
 
 
-def _show(place: Path, record: Searched, output: Output) -> None:
+def _exit_code(record: Searched) -> int:
+    """1 where no candidate meets the requirements, or the winner fails a requirement on fresh draws or is worse than the original
+    campaign; 3 where a requirement is undecided; 0 otherwise."""
+    from rvjax.report.tuning_sections.confirmation import WORDS, overall
+
+    assert record.confirmation is not None, "a search ends with its confirmation"
+    verdicts = [requirement.tuned for requirement in record.confirmation.requirements]
+    if record.missed or "FAIL" in verdicts or overall(record)[0] == WORDS["worse"]:
+        return 1
+    return 3 if "UNDECIDED" in verdicts else 0
+
+
+def _show(place: Path, record: Searched, code: int, output: Output) -> None:
     from rvjax.report.tuning_sections.confirmation import headline, value_text
     from rvjax.report.tuning_sections.values import setting_text
 
@@ -71,10 +85,12 @@ def _show(place: Path, record: Searched, output: Output) -> None:
     ]
     output.table(("value", "range", "original", "winner"), values)
     output.text(f"best campaign: {place / 'best.yaml'}", f"report: {place / 'report.html'}")
-    output.document({"folder": str(place), **record.model_dump()})
+    output.document({"folder": str(place), **record.model_dump(), "exit_code": code})
 
 
 def _interval(item: Confirmed) -> str:
+    if math.isnan(item.difference.value):
+        return "–"  # both are infinite
     scale, unit = (100.0, " %") if item.share else (1.0, f" {item.unit}".rstrip(" 1"))
     difference = item.difference
     return f"{scale * difference.value:+.4g} ({scale * difference.low:+.4g} … {scale * difference.high:+.4g}){unit}"

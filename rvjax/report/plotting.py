@@ -69,6 +69,12 @@ _BEYOND = 2.0**40
 bucket edge of the sketch."""
 
 
+def legend(axis: Axes, **options: Any) -> None:
+    """A legend where it hides least; none where nothing is drawn that has a label."""
+    if axis.get_legend_handles_labels()[1]:
+        axis.legend(loc="best", **options)
+
+
 def axes(rows: int, columns: int, height: float, **subplots: Any) -> tuple[Figure, list[Axes]]:
     """A figure with rows × columns axes, in reading order; height in inches."""
     figure = Figure(figsize=(WIDTH, height), layout="constrained")

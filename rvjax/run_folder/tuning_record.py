@@ -121,6 +121,19 @@ class Confirmation(_Part):
     requirements: list[Kept]
 
 
+class Missed(_Part):
+    """A requirement that a candidate does not meet on the samples of the search.
+
+    observed, limit: shares of the samples if `share`, else the mean of the metric and its bound.
+    """
+
+    text: str
+    observed: float
+    limit: float
+    share: bool
+    unit: str
+
+
 class Sensitivity(_Part):
     """The first-order share of the variance of the first objective's ranks, over the candidates, that a parameter explains."""
 
@@ -151,7 +164,8 @@ class Searched(_Part):
     """The whole record.
 
     start: coordinates of the original campaign, empty if it is outside of the ranges. best: number of the best candidate, 0 for
-    the original campaign; front: the best candidates of a goal with several objectives.
+    the original campaign; front: the best candidates of a goal with several objectives. closest, missed: where no candidate meets
+    the requirements, the candidate that comes closest and what it misses; the best is then the original campaign.
     """
 
     format: Literal[1] = FORMAT
@@ -167,6 +181,8 @@ class Searched(_Part):
     rows: list[Row]
     best: int
     front: list[int]
+    closest: int | None = None
+    missed: list[Missed] = []
     sensitivity: list[Sensitivity]
     cost: Cost
     confirmation: Confirmation | None

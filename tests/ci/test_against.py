@@ -8,6 +8,7 @@ import re
 import shutil
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -111,25 +112,83 @@ def test_other_draws_are_refused(before: Path, baseline: Path, tmp_path: Path) -
         against.against(before, tmp_path / "b.json")
 
 
-@pytest.mark.parametrize(
-    ("part", "name", "value"),
-    [
-        ("requirements", "1. captured: at least 0.98", "11"),
-        ("requirements", "1. captured: at least 0.98", "x" * 200),
-        ("metrics", "delta_v_m_s", 5),
-        ("metrics", "delta_v_m_s", {"better": "lower", "values": ["a"] * 200}),
-        ("metrics", "delta_v_m_s", {"better": "less", "values": [1.0] * 200}),
-        ("draws", "pursuer.mass_kg", ["a", "b"]),
-    ],
-)
-def test_a_damaged_baseline_is_none(before: Path, baseline: Path, tmp_path: Path, part: str, name: str, value: object) -> None:
-    """As after a conflict that was resolved by hand. Kills: a traceback, and its exit code, out of a file's contents."""
+CAPTURED, VALUES = ("requirements", "1. captured: at least 0.98"), ("metrics", "delta_v_m_s", "values")
+MASS, EFFORT = ("draws", "pursuer.mass_kg"), VALUES[:2]
+GONE = object()
+EDITS: dict[str, tuple[tuple[str | int, ...], object, str]] = {
+    "two digits": (CAPTURED, "11", "2 samples; accepted: 200"),
+    "letters": (CAPTURED, "x" * 200, "accepted: a text of 0 and 1"),
+    "a number": (CAPTURED, 3, "3; accepted: a text"),
+    "no mapping": (EFFORT, 5, "5; accepted: a mapping"),
+    "a text": ((*VALUES, 3), "a", '"a"; accepted: a finite number'),
+    "NaN": ((*VALUES, 4), float("nan"), "NaN; accepted: a finite number"),
+    "true": ((*VALUES, 5), True, "true; accepted: a finite number"),
+    "too few": (VALUES, [1.0] * 199, "199 samples; accepted: 200"),
+    "better": ((*EFFORT, "better"), "less", "'lower' or 'higher'"),
+    "a unit": ((*EFFORT, "unit"), "m/s", "unknown key"),
+    "a text of four": ((*MASS, 0), "a", '"a"; accepted: a finite number'),
+    "infinite": ((*MASS, 2), float("inf"), "Infinity; accepted: a finite number"),
+    "three of four": ((*MASS, 3), GONE, "3 numbers; accepted: 4 or 0"),
+    "samples as text": (("samples",), "200", '"200"; accepted: a whole number'),
+    "no sample": (("samples",), 0, "0; accepted: input should be greater than or equal to 1"),
+    "half a sample": (("samples",), 200.5, "200.5; accepted: a whole number"),
+    "null": (("campaign",), None, "null; accepted: a text"),
+    "unknown key": (("extra",), 1, "unknown key"),
+    "missing key": (("draws",), GONE, "missing"),
+    "format as text": (("format",), "1", '"1"; accepted: input should be 1'),
+}
+"""What somebody has done to a baseline: the place, the new value, and the words that the refusal has of it."""
+
+
+def edited(document: Any, edit: str) -> str:
+    """Edits a baseline; returns the place in the words of a refusal, with the start of what the refusal says there."""
+    place, value, words = EDITS[edit]
+    for step in place[:-1]:
+        document = document[step]
+    if value is GONE:
+        del document[place[-1]]
+    else:
+        document[place[-1]] = value
+    shown = place[:-1] if edit == "three of four" else place
+    return f"{'.'.join(map(str, shown))}: .*{re.escape(words)}"
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_an_edited_baseline_is_refused_with_its_place(
+    before: Path, baseline: Path, tmp_path: Path, rvjax: Run, edit: str
+) -> None:
+    """As after a conflict that was resolved by hand. Kills: a field that is read without a check of its type, its range or its
+    finiteness; an unknown key that is ignored; a traceback; a JUnit XML file without the error."""
     document = json.loads(baseline.read_text())
-    assert name in document[part]
-    document[part][name] = value
+    words = edited(document, edit)
     (tmp_path / "b.json").write_text(json.dumps(document))
-    with pytest.raises(UsageError, match=f"not a baseline .*{name}"):
-        against.against(before, tmp_path / "b.json")
+    code, _, err = rvjax("check", before, "--against", tmp_path / "b.json", "--junit-xml", tmp_path / "j.xml")
+    assert code == 2
+    assert "not a baseline" in err
+    assert re.search(words, " ".join(err.split())), err
+    assert "Traceback" not in err
+    assert any(case.find("error") is not None for case in ElementTree.parse(tmp_path / "j.xml").iter("testcase"))
+
+
+def test_every_mistake_of_a_baseline_is_listed(before: Path, baseline: Path, tmp_path: Path) -> None:
+    """Kills: the first mistake only; a merge that leaves a key twice, of which the last silently wins; bytes that are no text."""
+    document = json.loads(baseline.read_text())
+    words = [edited(document, name) for name in ("two digits", "unknown key", "better", "a text")]
+    path = tmp_path / "b.json"
+    path.write_text(json.dumps(document))
+    with pytest.raises(UsageError) as caught:
+        against.against(before, path)
+    missed = [word for word in words if not re.search(word, str(caught.value))]
+    assert missed == words[:1], "lengths are looked at where all fields are right"
+    path.write_text('{"format": 1, "samples": 200, "samples": 200}')
+    with pytest.raises(UsageError, match="key 'samples' stands twice"):
+        against.against(before, path)
+    path.write_bytes(b"\xff\xfe{}")
+    with pytest.raises(UsageError, match="not a baseline"):
+        against.against(before, path)
+    path.write_text("[1]")
+    with pytest.raises(UsageError, match=r"the file: \[1\]; accepted: a mapping"):
+        against.against(before, path)
 
 
 def test_worse_than_the_baseline_is_told_everywhere(

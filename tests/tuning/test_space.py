@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rvjax.campaign.tuning_parameters import Levels, Linear, Log
+from rvjax.components.settings import setting
 from rvjax.errors import CampaignError
-from rvjax.search.tuning.space import Space, value_of
+from rvjax.search.tuning.space import Space
 from rvjax.search.tuning.tune import prepare
 from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN, SHORT
@@ -110,7 +111,7 @@ def test_a_candidate_is_the_campaign_with_its_values() -> None:
 )
 def test_what_a_campaign_has_at_a_place(place: str, value: object) -> None:
     """Said or by default, in the unit of the key. Kills: radians for degrees."""
-    found = value_of(load(CAMPAIGN, SHORT), place)
+    found = setting(load(CAMPAIGN, SHORT).spec, place)
     assert found == (value if not isinstance(value, float) else pytest.approx(value))
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from rvjax.report.blocks import Cell, Code, Headline, Mark, Number, Section, Table
 from rvjax.report.number_format import count, percent, quantity
-from rvjax.run_folder.tuning_record import Confirmation, Confirmed, Kept, Searched
+from rvjax.run_folder.tuning_record import Confirmation, Confirmed, Kept, Missed, Searched
 from rvjax.stats import Estimate
 from rvjax.stats.sampling_design import Observed
 
 _UNDECIDED = "not told apart"  # in `search.json`
+UNMET = "NOT MET"
 WORDS = {"better": "BETTER", "worse": "WORSE", _UNDECIDED: "NO CLEAR DIFFERENCE"}
 
 
@@ -18,7 +20,6 @@ def headline(search: Searched) -> Headline:
     """The top of the page: the first objective on fresh draws, as a word and as a sentence."""
     confirmation = search.confirmation
     assert confirmation is not None, "a search ends with its confirmation"
-    first = confirmation.objectives[-1] if search.goal == "weighted" else confirmation.objectives[0]
     exits = [row.left for row in search.rows if row.candidate]
     facts: tuple[tuple[str, Cell], ...] = (
         ("method", search.method),
@@ -28,7 +29,7 @@ def headline(search: Searched) -> Headline:
         ("compiled programs", Number("search.programs", search.cost.programs)),
     )
     outcomes = tuple((name, exits.count(key)) for key, name in _EXITS.items() if exits.count(key) or not key)
-    word, sentence = _overall(search, first)
+    word, sentence = overall(search)
     return Headline(
         search.name,
         search.description,
@@ -52,7 +53,9 @@ _EXITS = {
 
 
 def value_text(value: float, objective: Confirmed) -> str:
-    """A value of an objective with its unit."""
+    """A value of an objective with its unit; a dash for a difference of two infinite values."""
+    if math.isnan(value):
+        return "–"
     return f"{100 * value:.4g} %" if objective.share else quantity(value, objective.unit)
 
 
@@ -77,13 +80,32 @@ def _sentence(search: Searched, first: Confirmed, passed: Sequence[str], lost: S
     return f"Candidate {search.best} on fresh draws {' and '.join(changes)}. Objective: {values}"
 
 
-def _overall(search: Searched, first: Confirmed) -> tuple[str, str]:
+def overall(search: Searched) -> tuple[str, str]:
     """(word, sentence). Requirements that only the winner or only the original campaign passes come before objectives, as in the
     search."""
-    assert search.confirmation is not None
-    passed, lost = (_passed(search.confirmation), _lost(search.confirmation)) if search.best else ([], [])
+    confirmation = search.confirmation
+    assert confirmation is not None, "a search ends with its confirmation"
+    if search.missed:
+        return UNMET, f"No candidate meets the requirements, so the original campaign is kept. {shortfall(search)}"
+    first = confirmation.objectives[-1] if search.goal == "weighted" else confirmation.objectives[0]
+    passed, lost = (_passed(confirmation), _lost(confirmation)) if search.best else ([], [])
     word = "worse" if lost else "better" if passed else first.verdict
     return WORDS[word], _sentence(search, first, passed, lost)
+
+
+def shortfall(search: Searched) -> str:
+    """The candidate that comes closest to the requirements, and what it misses by how much."""
+    assert search.closest is not None, "no candidate meets the requirements"
+    name = f"Candidate {search.closest}" if search.closest else "The original campaign itself"
+    samples = count(search.row[search.closest].samples)
+    return f"{name} comes closest: {'; '.join(map(_missed, search.missed))} ({samples} samples of the search)."
+
+
+def _missed(missed: Missed) -> str:
+    if missed.share:
+        return f"{missed.text}, met in {100 * missed.observed:.4g} %, {100 * (missed.limit - missed.observed):.3g} points short"
+    excess = quantity(abs(missed.observed - missed.limit), missed.unit)
+    return f"{missed.text}, mean {quantity(missed.observed, missed.unit)}, beyond the bound by {excess}"
 
 
 def section(search: Searched) -> Section | None:
@@ -108,12 +130,7 @@ def _objectives(search: Searched, confirmation: Confirmation) -> Table:
             _observed(f"confirmed.{n}.searched", objective.searched, objective, searched_on),
             _observed(f"confirmed.{n}.tuned", objective.tuned, objective, samples),
             _observed(f"confirmed.{n}.own", objective.own, objective, samples),
-            Number(
-                f"confirmed.{n}.difference",
-                _difference(objective, samples, confirmation.confidence),
-                objective.unit,
-                percent=objective.share,
-            ),
+            _difference(f"confirmed.{n}.difference", objective, samples, confirmation.confidence),
             _observed(f"confirmed.{n}.optimism", objective.optimism, objective, samples),
             Mark(WORDS[objective.verdict]),
         )
@@ -123,7 +140,7 @@ def _objectives(search: Searched, confirmation: Confirmation) -> Table:
     caption = (
         f"Winner and original campaign on the same {count(samples)} draws of seed {confirmation.seed}, which are new to the "
         f"search. Difference: winner minus original campaign, paired, each at {confidence} confidence ({methods}). Optimism: the "
-        "amount by which the winner's value in the search was better than on these draws."
+        "amount by which the winner's value in the search was better than on these draws. A dash: both values are infinite."
     )
     return Table(caption, head, rows)
 
@@ -156,6 +173,8 @@ _FILES = Table(
 
 def _lead(search: Searched) -> str:
     assert search.confirmation is not None
+    if search.missed:
+        return f"The campaign keeps its values: no candidate meets the requirements. {shortfall(search)}"
     if not search.best:
         return "The campaign keeps its values: no candidate was better."
     by = {
@@ -178,10 +197,15 @@ def _changed(requirement: Kept, n: int) -> tuple[Cell, ...]:
     return Number(names[0], requirement.only_tuned), Number(names[1], requirement.only_own), p
 
 
-def _observed(name: str, value: float, objective: Confirmed, n: int) -> Number:
+def _observed(name: str, value: float, objective: Confirmed, n: int) -> Cell:
+    if math.isnan(value):
+        return "–"  # a difference of two infinite values
     return Number(name, Observed(value, n), objective.unit, percent=objective.share)
 
 
-def _difference(objective: Confirmed, n: int, confidence: float) -> Estimate:
+def _difference(name: str, objective: Confirmed, n: int, confidence: float) -> Cell:
+    if math.isnan(objective.difference.value):
+        return "–"  # both are infinite
     low, high = sorted((objective.difference.low, objective.difference.high))
-    return Estimate(objective.difference.value, low, high, n, confidence, objective.method)
+    estimate = Estimate(objective.difference.value, low, high, n, confidence, objective.method)
+    return Number(name, estimate, objective.unit, percent=objective.share)

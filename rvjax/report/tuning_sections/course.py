@@ -54,7 +54,7 @@ def section(search: Searched) -> Section:
         plotting.logarithmic(axis.yaxis, max(values) / min(values))
     axis.set_xlabel("candidate, in the order of proposal")
     axis.set_ylabel(label(search, 0))
-    axis.legend(loc="best")
+    plotting.legend(axis)
     lost = sum(1 for row in rows if not math.isfinite(row.objectives[0]))
     infinite = f" Not drawn: {count(lost)} candidates without a finite value." if lost else ""
     caption = (
@@ -76,6 +76,8 @@ def best_so_far(search: Searched) -> list[tuple[int, float]]:
 
 def _lead(search: Searched) -> str:
     line = best_so_far(search)
+    if search.missed:
+        return "No candidate meets the requirements."
     if not search.best or not line:
         return "No candidate was better than the original campaign."
     objective = search.objectives[0]

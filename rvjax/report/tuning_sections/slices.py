@@ -73,7 +73,7 @@ def _slices(search: Searched, rows: list[Row], free: Free) -> Drawing:
     for axis in panels[len(free) :]:
         axis.set_axis_off()
     panels[0].set_ylabel(label(search, 0))
-    panels[0].legend(loc="best", fontsize=7)
+    plotting.legend(panels[0], fontsize=7)
     where = "above" if best_low else "below"
     caption = f"The first objective over each parameter. The worst tenth of the candidates lies {where} the panels."
     return Drawing("tuning-slices", caption, figure)

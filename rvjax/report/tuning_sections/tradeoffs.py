@@ -42,7 +42,7 @@ def section(search: Searched) -> Section | None:
                 axis.scatter(*zip(*points, strict=True), s=size, color=colour, lw=0, label=name)
         axis.set_xlabel(label(search, i))
         axis.set_ylabel(label(search, j))
-    panels[0].legend(loc="best")
+    plotting.legend(panels[0])
     names = [parameter.name for parameter in search.parameters]
     sign = -1.0 if search.objectives[0].largest else 1.0
     listed = sorted((search.row[candidate] for candidate in front), key=lambda row: sign * row.objectives[0])[:20]

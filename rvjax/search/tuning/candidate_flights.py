@@ -34,7 +34,7 @@ from rvjax.simulation.batch import LANES, Flyer, devices
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
 
-CANDIDATE = Column("search.candidate", "", "number of the candidate; 0: the campaign as it is")
+CANDIDATE = Column("search.candidate", "", "number of the candidate; 0: the original campaign")
 SAMPLE = Column("search.sample", "", "number of the sample of the search that it flew")
 VALUES = Column("search.values", "", "of the candidate's values: the beginning of their SHA-256, as a number")
 ALWAYS = (metric_column("captured"),)

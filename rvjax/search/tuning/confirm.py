@@ -1,4 +1,4 @@
-"""The confirmation: the winner and the campaign as it is, on draws that the search has not seen.
+"""The confirmation: the winner and the original campaign, on draws that the search has not seen.
 
 Each objective is estimated anew for both, their difference in pairs with a two-sided interval:
 
@@ -40,7 +40,7 @@ RESAMPLES = 2000
 
 
 def confirm(tuned: Path, own: Path, spec: Spec, judge: Judge, searched: Sequence[float], confidence: float) -> Confirmation:
-    """Judges two run folders of the same draws. spec: the campaign as it is, as it was confirmed. searched: the winner's
+    """Judges two run folders of the same draws. spec: the original campaign, as it was confirmed. searched: the winner's
     objectives as the search saw them, then, of a weighted sum, the sum."""
     new, old = (RunFolder.open(path).samples() for path in (tuned, own))
     rows: list[Confirmed] = []
@@ -69,7 +69,7 @@ def _row(
     sign = -1.0 if largest else 1.0
     low, high = sorted((sign * difference.low, sign * difference.high))
     verdict = "better" if high < 0.0 else "worse" if low > 0.0 else "not told apart"
-    optimism = 0.0 if tuned == seen else sign * (tuned - seen)
+    optimism = sign * _minus(tuned, seen)
     return Confirmed(
         text=text,
         unit=unit,

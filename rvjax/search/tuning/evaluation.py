@@ -20,7 +20,7 @@ from rvjax.search.tuning.race import RaceSettings, Standing, ordered, race, rank
 from rvjax.stats.pareto import front_of
 
 OWN = 0
-"""Number of the campaign as it is."""
+"""Number of the original campaign."""
 
 IDLE = 20
 """After so many batches in a row without a new candidate there is nothing left to find."""
@@ -58,7 +58,7 @@ class Search:
         self._began = time.monotonic()
 
     def run(self, propose: Propose, task: Task) -> None:
-        """Flies everything that the method proposes until the budget is used up; before that the campaign as it is."""
+        """Flies everything that the method proposes until the budget is used up; before that the original campaign."""
         with suppress(Spent):
             propose(task, self)
         if not self.standings:
@@ -94,6 +94,17 @@ class Search:
         if cut or over:
             raise Spent
         return self._tell(numbers, points)
+
+    def winner(self) -> int | None:
+        """The best candidate that meets every requirement on all samples of the search; None where no candidate does.
+
+        The order of candidates asks for more than the required shares, so the first in order may miss a requirement that another
+        candidate meets.
+        """
+        whole = {candidate: self.standings[candidate].score for candidate in (self.best, *self._whole())}
+        samples = np.arange(self.tuning.rounds[-1], dtype=np.int64)
+        meets = (candidate for candidate in dict.fromkeys((self.best, *ordered(whole, self.judge.goal))))
+        return next((one for one in meets if not self.judge.missed(self.flights.table(one, samples))), None)
 
     def front(self) -> list[int]:
         """The candidates that nothing dominates, of those that flew all samples."""
@@ -171,7 +182,7 @@ class Search:
         of = "" if most is None else f" of {most}"
         samples = np.arange(self.standings[self.best].samples, dtype=np.int64)
         values = self.judge.values(self.flights.table(self.best, samples))
-        who = "the campaign as it is" if self.best == OWN else f"candidate {self.best}"
+        who = "the original campaign" if self.best == OWN else f"candidate {self.best}"
         objectives = ", ".join(f"{measure} {value:.4g}" for measure, value in zip(self.judge.measures, values, strict=True))
         violated = self.standings[self.best].score.violation
         broken = f", requirements missed by {violated:.3g}" if violated else ""

@@ -13,12 +13,16 @@ from rvjax.run_folder.tuning_record import Searched
 from rvjax.search.tuning.space import Space
 
 
-def best_campaign(spec: Spec, space: Space, values: Mapping[str, Value], overrides: Sequence[str]) -> str:
-    """The campaign with the best values, what was set beside the file, and the draws of its confirmation; without `tune`."""
+def best_campaign(spec: Spec, space: Space, values: Mapping[str, Value], overrides: Sequence[str], *, met: bool = True) -> str:
+    """The campaign with the best values, what was set beside the file, and the draws of its confirmation; without `tune`.
+
+    met: whether a candidate meets the requirements.
+    """
     assert spec.tune is not None, "it was tuned"
     fresh = {"samples": spec.tune.confirm.samples, "seed": spec.tune.confirm.seed}
     more = [f"{name}={value}" for name, value in fresh.items() if value is not None]
-    which = "Values by `rvjax tune`." if values else "Original values: the search tried none that was better."
+    kept = "no candidate of the search was better" if met else "no candidate of the search meets the requirements"
+    which = "Values by `rvjax tune`." if values else f"Original values: {kept}."
     comment = f"{which} `rvjax run` with this file flies the draws that confirmed them."
     return campaign_text(spec, [*overrides, *more, *space.assignments(values)], ("tune",), "-tuned", comment)
 

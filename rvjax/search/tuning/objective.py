@@ -38,15 +38,19 @@ from numpy.typing import NDArray
 from scipy import special
 
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
+from rvjax.analysis.verdicts.sentences import title
 from rvjax.campaign import Requirement
 from rvjax.campaign.tuning import Goal, Objective
 from rvjax.columns import Column, metric_column
+from rvjax.run_folder.tuning_record import Missed
 from rvjax.stats import clopper_pearson_lower, mcnemar, verdict_chances
 from rvjax.stats.pareto import Score
 
 Values = NDArray[np.float64]
 
 RESAMPLES = 200
+
+NO_COLUMNS: Mapping[str, Column] = {}
 
 CONFIDENCE = 0.95
 """Confidence with which the better candidate must meet a requirement before objectives are compared."""
@@ -195,6 +199,21 @@ class Judge:
         """By how much each requirement is missed."""
         required = zip(self.requirements, self._readings, self._needed, strict=True)
         return [self._shortfall(requirement, reading, share, frame) for requirement, reading, share in required]
+
+    def missed(self, frame: pd.DataFrame, columns: Mapping[str, Column] = NO_COLUMNS) -> list[Missed]:
+        """The requirements that the samples do not meet: a share below the required share, a mean beyond its bound.
+
+        columns: of the table, for the units.
+        """
+        missed: list[Missed] = []
+        for requirement, reading in zip(self.requirements, self._readings, strict=True):
+            if self._shortfall(requirement, reading, requirement.limit, frame) > 0.0:
+                values = reading.values(frame, columns)[reading.chosen(frame)]
+                share = not requirement.mean
+                observed = float(np.mean(reading.comply(values) if share else values))
+                limit = requirement.limit if share else reading.bound.value
+                missed.append(Missed(text=title(requirement), observed=observed, limit=limit, share=share, unit=reading.unit))
+        return missed
 
     @staticmethod
     def _shortfall(requirement: Requirement, reading: RequirementEvaluator, share: float, frame: pd.DataFrame) -> float:

@@ -13,21 +13,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax.campaign import Quantity
-from rvjax.campaign.distributions import Fixed
-from rvjax.campaign.fields import Model, declared
-from rvjax.campaign.overrides import value_at
 from rvjax.campaign.plain_values import is_number
 from rvjax.campaign.source import Source, read
 from rvjax.campaign.tuning import Tuning
 from rvjax.campaign.tuning_parameters import Free, Parameter, Product, Value, digits, is_free
-from rvjax.components.registry import FAMILY_OF, component
 from rvjax.components.search_methods.interface import Axis
+from rvjax.components.settings import setting
 from rvjax.errors import CampaignError, Finding
 from rvjax.simulation.problem import Problem, load
 
@@ -105,7 +100,7 @@ class Space:
     @cached_property
     def original(self) -> dict[str, Value]:
         """The values of the original campaign, as far as they are fixed."""
-        values = {name: value_of(self.problem, name) for name in self.parameters if is_place(name)}
+        values = {name: setting(self.problem.spec, name) for name in self.parameters if is_place(name)}
         return {name: value for name, value in values.items() if value is not None}
 
     @property
@@ -175,7 +170,7 @@ def _fixed(problem: Problem, parameters: Mapping[str, Parameter]) -> tuple[dict[
         for index, factor in enumerate(parameter.factors if isinstance(parameter, Product) else ()):
             if not isinstance(factor, str) or factor in parameters:
                 continue
-            value = value_of(problem, factor)
+            value = setting(problem.spec, factor)
             if is_number(value):
                 fixed[factor] = value
             else:
@@ -195,34 +190,3 @@ def _unused(problem: Problem, parameters: Mapping[str, Parameter]) -> list[Findi
         problem.spec.source.finding((*place, name), f"{name} is no place and nothing is tied to it", accepted, key=True)
         for name in lost
     ]
-
-
-def value_of(problem: Problem, place: str) -> Value | None:
-    """The value of a campaign at a place, given or by default, in the unit of the key; None where it is drawn."""
-    source = problem.spec.source.value
-    known, value = value_at(source, place)
-    if known:
-        return value if isinstance(value, int | float | str) else None
-    first, *steps = place.split(".")
-    if first not in FAMILY_OF:
-        return _default(problem.spec, [first, *steps])
-    if first != "controller":
-        return None
-    controller = problem.spec.controller
-    return _default(component(FAMILY_OF[first], controller.use).parameters.model_validate(dict(controller.parameters)), steps)
-
-
-def _default(model: Any, steps: Sequence[str]) -> Value | None:
-    for step in steps:
-        names = {info.alias or name: name for name, info in type(model).model_fields.items()} if isinstance(model, Model) else {}
-        if step not in names:
-            return None
-        holder, field = model, names[step]
-        model = getattr(model, field)
-        about = declared(type(holder).model_fields[field])
-        factor = about.factor if about is not None else 1.0
-        if isinstance(model, Quantity):
-            return model.parts[0].low / factor if model.shape == "scalar" and isinstance(model.parts[0], Fixed) else None
-        if is_number(model):
-            return model / factor if about is not None else model
-    return model if isinstance(model, str | bool) else None

@@ -33,7 +33,7 @@ from rvjax.execution import run
 from rvjax.execution.identity import identity, provenance, short, source_digest
 from rvjax.run_folder import CAMPAIGN, RunDescription, RunFolder, tuning_record
 from rvjax.run_folder.manifest import NAME as MANIFEST
-from rvjax.run_folder.tuning_record import Axis, Cost, Measured, Row, Searched, Sensitivity
+from rvjax.run_folder.tuning_record import Axis, Cost, Measured, Missed, Row, Searched, Sensitivity
 from rvjax.search.tuning.candidate_flights import Flights
 from rvjax.search.tuning.confirm import confirm
 from rvjax.search.tuning.evaluation import OWN, Search
@@ -165,13 +165,17 @@ def tune(
         search = Search(tuning, flights, judge, on_message, slopes, stop_at)
         task = Task(space.axes, seed, space.start, tuning.budget.candidates, judge.objectives)
         search.run(method.build(parameters), task)
-        record = _record(space, spec, tuning, search, seed)
-        text = best_campaign(spec, space, flights.candidates[search.best].values if search.best != OWN else {}, overrides)
+        winner = search.winner()
+        record = _record(space, spec, search, winner, seed)
+        values = flights.candidates[record.best].values if record.best != OWN else {}
+        text = best_campaign(spec, space, values, overrides, met=winner is not None)
         folder.write_text(tuning_record.BEST, text)
         folder.write_bytes(tuning_record.NAME, record.encode())
         folder.seal()  # from here on the search is over, whatever happens to the confirmation
         on_message(f"confirming on {_samples(spec)} fresh draws")
-        record = record.model_copy(update={"confirmation": _confirmed(place, overrides, spec, search, on_progress, command)})
+        record = record.model_copy(
+            update={"confirmation": _confirmed(place, overrides, spec, search, record.best, on_progress, command)}
+        )
         folder.write_text(tuning_record.TABLE, candidates_table(record))
         folder.write_bytes(tuning_record.NAME, record.encode())
         from rvjax.report import tuning_report as report  # plotting takes a second to import
@@ -235,6 +239,7 @@ def _confirmed(
     overrides: Sequence[str],
     spec: Spec,
     search: Search,
+    winner: int,
     progress: run.Progress | None,
     command: Sequence[str],
 ) -> Any:
@@ -244,8 +249,8 @@ def _confirmed(
     run.run(
         place / CAMPAIGN, place / tuning_record.ORIGINAL, [*overrides, *_fresh_draws(spec)], on_progress=progress, command=command
     )
-    samples = np.arange(search.standings[search.best].samples, dtype=np.int64)
-    table = search.flights.table(search.best, samples)
+    samples = np.arange(search.standings[winner].samples, dtype=np.int64)
+    table = search.flights.table(winner, samples)
     seen = [*search.judge.values(table), search.judge.score(table).objectives[0]]
     from rvjax.analysis.verdicts import campaign_of
 
@@ -255,8 +260,9 @@ def _confirmed(
     )
 
 
-def _record(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int) -> Searched:
-    flights, judge = search.flights, search.judge
+def _record(space: Space, spec: Spec, search: Search, winner: int | None, seed: int) -> Searched:
+    """winner: None where no candidate meets the requirements; then the original campaign is kept."""
+    tuning, flights, judge = search.tuning, search.flights, search.judge
     rows: list[Row] = []
     sizes = tuning.rounds
     for number, standing in search.standings.items():
@@ -279,7 +285,12 @@ def _record(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int)
                 first=[] if early is None else list(judge.score(early).objectives),
             )
         )
-    best = flights.candidates[search.best].values
+    chosen = OWN if winner is None else winner
+    best = flights.candidates[chosen].values
+    missed: list[Missed] = []
+    if winner is None:
+        samples = np.arange(search.standings[search.best].samples, dtype=np.int64)
+        missed = judge.missed(flights.table(search.best, samples), _columns(space))
     return Searched(
         name=spec.name,
         description=spec.description,
@@ -301,8 +312,10 @@ def _record(space: Space, spec: Spec, tuning: Tuning, search: Search, seed: int)
         start=[] if space.start is None else [float(u) for u in space.start],
         objectives=[_measured(measure) for measure in judge.measures],
         rows=rows,
-        best=search.best,
+        best=chosen,
         front=search.front() if tuning.goal == "pareto" else [],
+        closest=search.best if winner is None else None,
+        missed=missed,
         sensitivity=_sensitivity(space, rows),
         cost=_cost(search),
         confirmation=None,
