@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, cast
 
-from rvjax.campaign.csv_files import CsvFile
+from rvjax.campaign.csv_text import CsvFile
 from rvjax.campaign.distributions import (
     Attitude,
     Ball,
@@ -211,12 +211,15 @@ class Reader:
         if not isinstance(file, CsvFile) or not file.readable:  # there is a finding about it already
             return NOTHING
         if name not in file.names:
-            message = f"{file.name} has no column {shorten(name)}"
-            return self.refuse((*place, "csv"), message, did_you_mean(name, file.names), at_key=True)
+            return self.refuse((*place, "csv"), file.without(name), did_you_mean(name, file.names), at_key=True)
         try:
             values = file.column(name)
         except ValueError as error:
             return self.refuse((*place, "csv"), str(error), "accepted: a number in every row", at_key=True)
+        for (line, _), value in zip(file.rows, values, strict=True):
+            if not self.range.admits(value, value):
+                message = f"{file.name} line {line}, column {shorten(name)}: {with_unit(f'{value:g}', self.unit)}"
+                return self.refuse((*place, "csv"), message, f"accepted: {self.range.words(self.unit)}", at_key=True)
         return self.checked("table", lambda: Empirical.of(values, smooth), place)
 
     def box(self, given: Any, place: Place) -> tuple[Distribution, ...]:

@@ -12,6 +12,7 @@ from scipy import stats
 
 from rvjax.campaign import Model, Quantity, Series, Spec, load, parse, scalar, series, validate
 from rvjax.campaign import csv_files as csvfiles
+from rvjax.campaign import csv_text
 from rvjax.campaign.csv_files import attach
 from rvjax.campaign.distributions import Empirical
 from rvjax.campaign.source import read
@@ -125,7 +126,7 @@ def test_no_file_outside_the_folder_is_reached(tmp_path: Path) -> None:
         ("mass_kg\n95\n1_0\n", "line 3, column mass_kg: the text '1_0' is not a number"),
         ("mass_kg\n95\n\u0661\n", "is not a number"),
         ("mass_kg,\n95,1\n", "line 1: a column without a name"),
-        ("mass_kg;x\n95;1\n", "has no column mass_kg"),
+        ("mass;x\n95;1\n", "line 1 has no column mass_kg, its columns between semicolons are mass, x"),
         ('mass_kg\n"95\n96"\n', "line 3, column mass_kg"),
         ("mass_kg\n95\n-inf\n", "line 3, column mass_kg: the text '-inf' is not a number"),
     ],
@@ -145,7 +146,7 @@ def test_files_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     two = with_mass(TABLE).replace("nu_m_s: {box: 0.1}", "nu_m_s: {table: {csv: other.csv, column: mass_kg}}")
     path = place(tmp_path, two, masses=f"mass_kg\n{row}", other=f"mass_kg\n{row * 2}")
     assert [finding.found for finding in parse(path)[1]] == ["other.csv is too large"]
-    monkeypatch.setattr(csvfiles, "MOST_CELLS", 100_000)
+    monkeypatch.setattr(csv_text, "MOST_CELLS", 100_000)
     assert "masses.csv line 100002: too many cells" in [finding.found for finding in parse(path)[1]]
 
 
@@ -188,8 +189,8 @@ def test_a_component_declares_the_columns_that_it_reads(tmp_path: Path) -> None:
     assert (model.table["fx"], model.table.rows, "fy" in model.table) == ((1.0, 1.5), 2, True)
     assert wind(tmp_path, "t_s,fx\n0,1\n")[1] == []
     assert wind(tmp_path, "t_s,fyy\n0,1\n")[1] == [
-        "16:28: disturbances.0.csv: wind.csv has no column fx; accepted: t_s, fx, fy",
-        "16:28: disturbances.0.csv: wind.csv has an unknown column fyy; did you mean fy?",
+        "16:28: disturbances.0.csv: wind.csv line 1 has no column fx, its columns between commas are t_s, fyy; accepted: t_s, fx, fy",
+        "16:28: disturbances.0.csv: wind.csv line 1 has an unknown column fyy; did you mean fy?",
     ]
     assert wind(tmp_path, "t_s,fx\n0,a\n")[1] == [
         "16:28: disturbances.0.csv: wind.csv line 2, column fx: the text 'a' is not a number; accepted: a number in every row"

@@ -80,11 +80,15 @@ class Parameters(Model):
         place = ("csv",) if self.rows is None else ("rows",)
         count = len(self.table)
         if not 2 <= count <= MOST_ROWS:
-            refuse(Problem(f"rows in the table: {count:,}", f"accepted: 2 to {MOST_ROWS:,}", place))
+            refuse(Problem(f"{self._place(count - 1)}: rows in the table: {count:,}", f"accepted: 2 to {MOST_ROWS:,}", place))
         for row in np.flatnonzero(np.diff(self.table[:, 0]) <= 0.0)[:1] + 1:
-            words = f"row {row + 1} has the time {self.table[row, 0]:g} s"
+            words = f"{self._place(row)} has the time {self.table[row, 0]:g} s"
             refuse(Problem(words, "accepted: a time after that of the row before", place))
         return self
+
+    def _place(self, row: int) -> str:
+        """Where a row stands: line of the file, or number of the row in the campaign."""
+        return f"row {row + 1}" if self.file is None else f"{self.file.file} line {self.file.lines[row]}"
 
     @property
     def table(self) -> NDArray[np.float64]:

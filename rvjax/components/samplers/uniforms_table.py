@@ -20,7 +20,7 @@ from rvjax.campaign import Model, Series, series
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.problems import Problem
 from rvjax.components.samplers.interface import Samples, Sampling, Scheme, Setting, Values
-from rvjax.components.samplers.sample_table import CSV, SampleTable, rows_of
+from rvjax.components.samplers.sample_table import SampleTable, rows_of
 from rvjax.stats.random_streams import uniforms
 from rvjax.stats.sampling_design import Exploration
 
@@ -75,7 +75,7 @@ def scheme(parameters: Parameters) -> Scheme:
         known = [column for columns in variables.values() for column in columns]
         for name in table.columns:
             if name not in known:
-                yield Problem(f"{name} is not a column of any variable", did_you_mean(name, known), CSV, at_key=True)
+                yield table.name_problem(f"{name} is not a column of any variable", did_you_mean(name, known))
         for columns in variables.values():
             yield from table.missing_problems(columns)
         for name, values in table.columns.items():

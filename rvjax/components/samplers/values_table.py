@@ -20,7 +20,7 @@ from rvjax.campaign.problems import Problem
 from rvjax.campaign.variables import Variable
 from rvjax.columns import DRAW
 from rvjax.components.samplers.interface import Samples, Sampling, Scheme, Setting, Streams, Values
-from rvjax.components.samplers.sample_table import CSV, SampleTable, rows_of
+from rvjax.components.samplers.sample_table import SampleTable, rows_of
 from rvjax.stats.sampling_design import Exploration
 
 NORM = 1e-9
@@ -53,8 +53,8 @@ def scheme(parameters: Parameters) -> Scheme:
         wrong = {name: setting.names.draw(name) for name in table.columns}
         if len(table.columns) < len(parameters.table.names):
             found = "a draw has two columns, with and without the prefix draw."
-            yield Problem(found, "accepted: a column for each draw", CSV, at_key=True)
-        yield from (Problem(*words, CSV, at_key=True) for words in wrong.values() if words)
+            yield table.name_problem(found, "accepted: a column for each draw")
+        yield from (table.name_problem(*words) for words in wrong.values() if words)
         for variable in sorted({setting.names.variable[name].name for name, words in wrong.items() if not words}):
             yield from _variable_problems(setting.names.drawn[variable], table)
         yield from table.length_problems(setting)
