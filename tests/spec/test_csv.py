@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rvjax.campaign import Model, Quantity, Series, Spec, load, parse, scalar, series, validate
+from rvjax.campaign import Model, Quantity, Series, Spec, csv_text, load, parse, scalar, series, validate
 from rvjax.campaign import csv_files as csvfiles
-from rvjax.campaign import csv_text
 from rvjax.campaign.csv_files import attach
 from rvjax.campaign.distributions import Empirical
 from rvjax.campaign.source import read
