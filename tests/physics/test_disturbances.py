@@ -283,6 +283,10 @@ def test_a_table_comes_from_a_file_as_well(tmp_path: Path) -> None:
 
     rows = "[[0, 0, 1, 0, 0, 0, 0.1], [2, 0, -1, 0, 0, 0, 0.2], [5, 0, 0, 0, 0, 0, 0]]"
     np.testing.assert_array_equal(table("csv: push.csv"), table(f"rows: {rows}"))
-    for said, words in (("csv: back.csv", "back.csv line 3 has the time 0 s"), (f"csv: push.csv, rows: {rows}", "both"), ("scale: 2", "neither")):
+    for said, words in (
+        ("csv: back.csv", "back.csv line 3 has the time 0 s"),
+        (f"csv: push.csv, rows: {rows}", "both"),
+        ("scale: 2", "neither"),
+    ):
         with pytest.raises(CampaignError, match=words):
             table(said)

@@ -188,7 +188,8 @@ def test_a_component_declares_the_columns_that_it_reads(tmp_path: Path) -> None:
     assert (model.table["fx"], model.table.rows, "fy" in model.table) == ((1.0, 1.5), 2, True)
     assert wind(tmp_path, "t_s,fx\n0,1\n")[1] == []
     assert wind(tmp_path, "t_s,fyy\n0,1\n")[1] == [
-        "16:28: disturbances.0.csv: wind.csv line 1 has no column fx, its columns between commas are t_s, fyy; accepted: t_s, fx, fy",
+        "16:28: disturbances.0.csv: wind.csv line 1 has no column fx, its columns between commas are t_s, fyy; "
+        "accepted: t_s, fx, fy",
         "16:28: disturbances.0.csv: wind.csv line 1 has an unknown column fyy; did you mean fy?",
     ]
     assert wind(tmp_path, "t_s,fx\n0,a\n")[1] == [

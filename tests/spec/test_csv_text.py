@@ -71,7 +71,7 @@ def test_a_mistake_has_its_file_line_and_separator(text: str, words: str) -> Non
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('t_s,fx\n0,"1,5"\n', "a.csv line 2, column fx: the text '1,5' is not a number, a decimal comma needs semicolons or tabs"),
+        ('t_s,fx\n0,"1,5"\n', "a.csv line 2, column fx: the text '1,5' is not a number, a decimal comma needs semicolons"),
         ("t_s;fx\ns;N\n0;1\n", "a.csv line 2, column fx: the text 'N' is not a number, a unit belongs in the name of the column"),
         ("t_s;fx\n0;1.234,5\n", "a.csv line 2, column fx: the text '1.234,5' is not a number"),
         ("t_s;fx\n0;1 000\n", "a.csv line 2, column fx: the text '1 000' is not a number"),
