@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN
 from typing import TYPE_CHECKING
+
+from rvjax.analysis.percentages import chosen, estimated
 
 if TYPE_CHECKING:
     from rvjax.stats import Estimate
@@ -15,14 +18,20 @@ def finding(verdict: str, score: Estimate, margin: float, confidence: float) -> 
     """Whether B is worse by more than the margin, and the difference that shows it; empty without a margin."""
     if not margin:
         return ""
-    most, certainty = f"{100 * margin:.6g} %", f"with {100 * confidence:.6g} % confidence"
-    low, high = (f"{100 * end:+.3g} %".replace("-", "−") for end in (score.low, score.high))
+    most, certainty = f"{chosen(margin)} %", f"with {chosen(confidence)} % confidence"
+    low, high = f"{points(score.low, ROUND_FLOOR)} %", f"{points(score.high, ROUND_CEILING)} %"
     return {
         "PASS": f"B is not worse by more than {most}: the difference is at least {low} {certainty}; ",
         "FAIL": f"B is worse by more than {most}: the difference is at most {high} {certainty}; ",
         "UNDECIDED": f"the samples do not show whether B is worse by more than {most}: the difference is at least {low} and "
         f"at most {high}, each {certainty}; ",
     }[verdict]
+
+
+def points(difference: float, way: str = ROUND_HALF_EVEN) -> str:
+    """A difference of shares in percentage points to three digits: −1.23. way: of rounding."""
+    text = estimated(difference, way=way).replace("-", "−")
+    return text if difference < 0 else f"+{text}"
 
 
 def result(word: str, p: float) -> str:

@@ -8,7 +8,7 @@ expected samples   of a sequential method, tested after every chunk
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from rvjax.analysis.verdicts.sentences import title
@@ -67,11 +67,13 @@ class Running:
 class Plan:
     """A plan of samples for a required share.
 
-    limit: the required share. trues: the assumed true shares. enough: the smallest fixed plan with the required power at the
-    first true share, None if it needs more than `MOST_FAILURES` allowed failures.
+    limit: the required share, of bad samples if `bad`, otherwise of good ones; trues: the assumed true shares of the same
+    samples. enough: the smallest fixed plan with the required power at the first true share, None if it needs more than
+    `MOST_FAILURES` allowed failures.
     """
 
     limit: float
+    bad: bool
     confidence: float
     power: float
     trues: tuple[float, ...]
@@ -87,15 +89,19 @@ def plan(
     power: float = 0.9,
     *,
     expected: float | None = None,
+    bad: bool = False,
     every: int = 416,
     budget: int = BUDGET,
 ) -> Plan:
-    """The plan of samples for a requirement on a share.
+    """The plan of samples for a requirement on a share: of good samples, at least `limit`; if `bad`, of bad samples, at most it.
 
-    limit: the required share. trues: assumed true shares above the limit, three by default. expected: the better share of an
-    SPRT, which is shown only with this number. UsageError names every number out of range.
+    trues: assumed true shares on the better side of the limit, three by default. expected: the better share of an SPRT, which is
+    shown only with this number. All are shares of the same samples. UsageError names every number out of range.
     """
-    _check(limit, confidence, trues, power, expected)
+    _check(limit, confidence, trues, power, expected, bad=bad)
+    stated, given = limit, tuple(trues)
+    if bad:
+        limit, trues, expected = 1.0 - limit, [1.0 - share for share in trues], None if expected is None else 1.0 - expected
     shown = _shown(limit, trues)
     fixed = tuple(_fixed(limit, confidence, k, shown) for k in FAILURES)
     running = [
@@ -105,7 +111,9 @@ def plan(
         boundary = sprt_boundary(schedule(budget, every), limit, expected, 1 - confidence, 1 - power)
         running += [_running("sprt", boundary, p, every, budget) for p in shown]
     enough = _enough(limit, confidence, shown, power)
-    return Plan(limit, confidence, power, trues=shown, fixed=fixed, enough=enough, running=tuple(running))
+    named = given or (tuple(part * stated for part in PARTS) if bad else shown)
+    running = [replace(test, true=named[place % len(named)]) for place, test in enumerate(running)]
+    return Plan(stated, bad, confidence, power, trues=named, fixed=fixed, enough=enough, running=tuple(running))
 
 
 def of_requirement(requirement: Requirement, samples: int, trues: Sequence[float], every: int) -> tuple[Running, ...]:
@@ -174,16 +182,18 @@ def _running(method: str, boundary: Boundary, true: float, every: int, budget: i
     )
 
 
-def _check(limit: float, confidence: float, trues: Sequence[float], power: float, expected: float | None) -> None:
+def _check(limit: float, confidence: float, trues: Sequence[float], power: float, expected: float | None, *, bad: bool) -> None:
     wrong: list[str] = []
-    if not 0.0 < limit < 1.0:
-        wrong.append(f"--at-least {limit:g}; accepted: a share between 0 and 1")
+    if not (0.0 < limit < 1.0 and 0.0 < 1.0 - limit < 1.0):
+        wrong.append(f"--at-{'most' if bad else 'least'} {limit:.12g}; accepted: a share between 0 and 1")
     if not 0.5 <= confidence < 1.0:
-        wrong.append(f"--confidence {confidence:g}; accepted: at least 0.5, below 1")
+        wrong.append(f"--confidence {confidence:.12g}; accepted: at least 0.5, below 1")
     if not 0.5 <= power < 1.0:
-        wrong.append(f"--power {power:g}; accepted: at least 0.5, below 1")
+        wrong.append(f"--power {power:.12g}; accepted: at least 0.5, below 1")
     for name, share in (*(("--true", true) for true in trues), *(() if expected is None else (("--expected", expected),))):
-        if not limit < share < 1.0:
-            wrong.append(f"{name} {share:g}; accepted: a share above the {limit:g} that is required, below 1")
+        if bad and not 0.0 < share < limit:
+            wrong.append(f"{name} {share:.12g}; accepted: a share below the {limit:.12g} that is allowed, above 0")
+        elif not bad and not limit < share < 1.0:
+            wrong.append(f"{name} {share:.12g}; accepted: a share above the {limit:.12g} that is required, below 1")
     if wrong:
         raise UsageError("\n".join(wrong))

@@ -157,7 +157,7 @@ class Requirement(Model):
             return [Problem("missing", "accepted: the share that the design is expected to reach", ("expected",), at_key=True)]
         if self.design <= self.limit:
             side, limit = ("below", self.at_most) if self.at_most is not None else ("above", self.limit)
-            return [Problem(f"found {self.expected:g}", f"accepted: a share {side} the required {limit:g}", ("expected",))]
+            return [Problem(f"found {self.expected:.12g}", f"accepted: a share {side} the required {limit:.12g}", ("expected",))]
         return []
 
     def _mean(self) -> list[Problem]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import shlex
 from dataclasses import asdict
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rvjax.analysis.percentages import chosen, rounded
 from rvjax.cli._app import Folder, Json
 from rvjax.cli._output import Output
 from rvjax.errors import UsageError
@@ -75,8 +77,8 @@ def _show(result: Comparison, output: Output) -> None:
     shares = [
         (
             name,
-            f"{100 * change.share_a:.2f}\u00a0%",
-            f"{100 * change.share_b:.2f}\u00a0%",
+            _share(change.share_a),
+            _share(change.share_b),
             f"{change.pairs.only_a:,}",
             f"{change.pairs.only_b:,}",
         )
@@ -84,7 +86,7 @@ def _show(result: Comparison, output: Output) -> None:
     ]
     output.table(("complies", "A", "B", "A only", "B only"), shares)
     tests = [
-        (f"{number}.", _interval(change.difference, 100.0), *map(p_value, (change.p_exact, change.p_mid, change.p_holm)))
+        (f"{number}.", _points(change.difference), *map(p_value, (change.p_exact, change.p_mid, change.p_holm)))
         for number, change in enumerate(result.changes, 1)
     ]
     output.table(("", "difference, percentage points", "p, exact", "mid-p", "p, Holm"), tests)
@@ -98,7 +100,7 @@ def _show(result: Comparison, output: Output) -> None:
     if result.shifts:
         shifts = [
             (
-                f"{shift.metric}, {100 * shift.q:g} %",
+                f"{shift.metric}, {chosen(shift.q)} %",
                 f"{shift.a:.4g}",
                 f"{shift.b:.4g}",
                 _interval(shift.shift),
@@ -126,7 +128,20 @@ def _discordant(result: Comparison, output: Output) -> None:
             output.text(f"rvjax replay {shlex.quote(str(path))} --sample {sample}")
 
 
-def _interval(estimate: Estimate, scale: float = 1.0) -> str:
+def _share(share: float) -> str:
+    """A share in percent to two decimals, and to more where it would read as 0 or 100."""
+    return f"{rounded(Decimal(f'{100 * share:.14g}'), 2):f}\u00a0%"
+
+
+def _points(difference: Estimate) -> str:
+    """A difference of shares in percentage points with its interval, rounded outwards."""
+    from rvjax.analysis.comparison_sentences import points
+
+    low, high = points(difference.low, ROUND_FLOOR), points(difference.high, ROUND_CEILING)
+    return f"{points(difference.value)} [{low}, {high}]"
+
+
+def _interval(estimate: Estimate) -> str:
     """−0.12 [−0.2, +0.01]."""
-    value, low, high = (f"{scale * x:+.3g}".replace("-", "−") for x in (estimate.value, estimate.low, estimate.high))
+    value, low, high = (f"{x:+.3g}".replace("-", "−") for x in (estimate.value, estimate.low, estimate.high))
     return f"{value} [{low}, {high}]"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rvjax.analysis.percentages import chosen
 from rvjax.cli._app import Json
 from rvjax.cli._output import Output
 from rvjax.errors import UsageError
@@ -20,34 +21,35 @@ if TYPE_CHECKING:
 def command(
     file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="A campaign file, for each of its requirements.")] = None,
     *,
-    at_least: Annotated[float | None, typer.Option("--at-least", help="Share of the samples that is required.")] = None,
+    at_least: Annotated[float | None, typer.Option("--at-least", help="Share of good samples that is required.")] = None,
+    at_most: Annotated[float | None, typer.Option("--at-most", help="Share of bad samples that is allowed.")] = None,
     confidence: Annotated[float, typer.Option("--confidence", help="Of the verdict.")] = 0.95,
-    true: Annotated[list[float] | None, typer.Option("--true", help="A share that may be true; repeatable.")] = None,
+    true: Annotated[list[float] | None, typer.Option("--true", help="The same share, as it may truly be; repeatable.")] = None,
     power: Annotated[float, typer.Option("--power", help="Required chance to pass at the first --true.")] = 0.9,
     expected: Annotated[float | None, typer.Option("--expected", help="Also an SPRT against this better share.")] = None,
     as_json: Json = False,
 ) -> int:
     """Compute the samples that a requirement needs."""
     output = Output(as_json)
-    if (file is None) == (at_least is None):
-        raise UsageError("plan: accepted: a campaign FILE, or --at-least SHARE")
+    if [file, at_least, at_most].count(None) != 2:
+        raise UsageError("plan: accepted: a campaign FILE, or --at-least SHARE, or --at-most SHARE")
     if file is not None:
         return _of_campaign(file, true or [], output)
     from rvjax.analysis.sample_size import plan as plan_of
 
-    sizes = plan_of(at_least or 0.0, confidence, true or [], power, expected=expected)
-    shares = [f"pass at {100 * p:.6g} %" for p in sizes.trues]
-    output.text(f"at least {100 * sizes.limit:.6g} % with {100 * sizes.confidence:.6g} % confidence, judged once:")
+    bad = at_most is not None
+    sizes = plan_of(at_most if bad else at_least or 0.0, confidence, true or [], power, expected=expected, bad=bad)
+    trues = [f"{chosen(share)} %" for share in sizes.trues]
+    required = f"at {'most' if bad else 'least'} {chosen(sizes.limit)} %"
+    output.text(f"{required} with {chosen(sizes.confidence)} % confidence, judged once:")
     rows = [(str(size.failures), f"{size.n:,}", *(_percent(chance.passes) for chance in size.chances)) for size in sizes.fixed]
-    output.table(("failures", "samples", *shares), rows)
+    output.table(("failures", "samples", *(f"pass at {share}" for share in trues)), rows)
+    goal = f"{chosen(sizes.power)} % at a true share of {trues[0]}"
     if sizes.enough is not None:
         best = sizes.enough
-        output.text(
-            f"for {100 * sizes.power:.6g} % at a true share of {100 * sizes.trues[0]:.6g} %: {best.n:,} samples, "
-            f"of which {best.failures} may fail ({_percent(best.chances[0].passes)})"
-        )
+        output.text(f"for {goal}: {best.n:,} samples, of which {best.failures} may fail ({_percent(best.chances[0].passes)})")
     else:
-        output.text(f"no plan reaches {100 * sizes.power:.6g} % at a true share of {100 * sizes.trues[0]:.6g} %")
+        output.text(f"no plan reaches {goal}")
     output.text(f"judged after every chunk of {sizes.running[0].every} samples, up to {sizes.running[0].budget:,}:")
     _running(sizes.running, output)
     output.document(asdict(sizes))
@@ -73,7 +75,7 @@ def _of_campaign(file: Path, trues: list[float], output: Output) -> int:
         except UsageError as error:
             output.text(str(error))
             continue
-        output.text(f"{name}, {100 * requirement.confidence:.6g} % confidence")
+        output.text(f"{name}, {chosen(requirement.confidence)} % confidence")
         _running(sizes, output)
         document[name] = [asdict(size) for size in sizes]
     output.document(document)
@@ -85,7 +87,7 @@ def _running(tests: Sequence[Running], output: Output) -> None:
     rows = [
         (
             test.method,
-            f"{100 * test.true:.6g} %",
+            f"{chosen(test.true)} %",
             *map(_percent, (test.passes, test.fails, test.undecided)),
             f"{test.samples:,.0f}",
         )

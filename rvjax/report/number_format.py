@@ -6,6 +6,7 @@ import math
 import re
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 
+from rvjax.analysis.percentages import chosen, estimated, rounded
 from rvjax.columns import MARGIN, metric_and_channel
 from rvjax.report.blocks import Number
 from rvjax.stats import Estimate
@@ -15,8 +16,12 @@ INFINITY = "∞"
 LARGEST = 1e9
 """A number with an interval is written with a power of ten from here on, such as the torque command of a runaway."""
 
+APART = 100.0
+"""A value and its ends share a power of ten if the largest is less than this many times the smallest."""
+
 SPACE = "\u00a0"  # no-break space between a number and its unit
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_POWERLESS = ("0", INFINITY, "−" + INFINITY)
 _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 _SYMBOLS = {"1": "", "": "", "deg": "°", "deg/s": "°/s"}
 _PREFIXED = ("m", "m/s", "rad", "rad/s", "N", "N·m", "N*m")
@@ -46,7 +51,7 @@ def number(value: float, digits: int = 3) -> str:
     exponent = math.floor(math.log10(abs(value)))
     if -4 <= exponent < 6:
         return _fixed(value, max(digits - 1 - exponent, 0), ROUND_HALF_EVEN)
-    return f"{_fixed(_scaled(value, exponent), digits - 1, ROUND_HALF_EVEN)}×{power_of_ten(exponent)}"
+    return _with_power(_exact(value), digits, ROUND_HALF_EVEN)
 
 
 def _scaled(value: float, exponent: int) -> float:
@@ -82,7 +87,8 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 def shown(item: Number) -> tuple[str, str]:
     """(value with unit, interval) of a number as text; the interval of a count or of an observed value is empty.
 
-    An infinite value has no unit; then the interval has it, if one of its ends is finite.
+    An infinite value has no unit; then the interval has it, if one of its ends is finite. A value and its ends share a power of
+    ten and their decimals. A number that is much smaller has more decimals, or a power of ten by itself.
     """
     if isinstance(item.value, int):
         return count(item.value), ""
@@ -92,23 +98,47 @@ def shown(item: Number) -> tuple[str, str]:
     reference = next(filter(math.isfinite, (estimate.value, estimate.low, estimate.high)), math.inf)
     scale, symbol = (0.01, "%") if item.percent else prefixed(reference, item.unit)
     value, low, high = (x / scale for x in (estimate.value, estimate.low, estimate.high))
-    ends = [x for x in (value, low, high) if math.isfinite(x)]
-    largest = max(map(abs, ends), default=0.0)
-    if largest > 0.0 and not 1e-3 <= largest < LARGEST:
-        exponent = math.floor(math.log10(largest))
+    sizes = [abs(x) for x in (value, low, high) if math.isfinite(x) and x != 0.0]
+    if sizes and not 1e-3 <= max(sizes) < LARGEST and max(sizes) / min(sizes) < APART:
+        exponent = math.floor(math.log10(max(sizes)))
         value, low, high = (_scaled(x, exponent) for x in (value, low, high))
         symbol = f"×{power_of_ten(exponent)} {symbol}".strip()
     decimals = _decimals(value, low, high)
-    text = _with_unit(_fixed(value, decimals, ROUND_HALF_EVEN), value, symbol)
-    interval = f"{_fixed(low, decimals, ROUND_FLOOR)} … {_fixed(high, decimals, ROUND_CEILING)}"
+    text = _with_unit(_digits(value, decimals, ROUND_HALF_EVEN, item.percent), value, symbol)
+    low_text = _digits(low, decimals, ROUND_FLOOR, item.percent)
+    high_text = _digits(high, decimals, ROUND_CEILING, item.percent)
+    if "×" in text and not symbol.startswith("×"):  # a power of ten of the value alone: the ends say theirs too
+        low_text, high_text = (end if "×" in end or end in _POWERLESS else f"{end}×10⁰" for end in (low_text, high_text))
+    interval = f"{low_text} … {high_text}"
     return text, interval if math.isfinite(value) else _with_unit(interval, reference, symbol)
+
+
+def _digits(value: float, decimals: int, way: str, in_percent: bool) -> str:
+    """A value to `decimals` places, and to more where fewer than two significant digits would remain.
+
+    A percentage reads as 100 only if it is 100. Below 10⁻⁴ and from `LARGEST` on, the value has a power of ten by itself.
+    """
+    if not math.isfinite(value) or value == 0.0:
+        return _special(value)
+    exact = _exact(value)
+    if not -4 <= exact.adjusted() < math.log10(LARGEST):
+        return _with_power(exact, 3, way)
+    places = max(decimals, 1 - exact.adjusted())
+    return _plain(rounded(exact, places, way) if in_percent else exact.quantize(Decimal(1).scaleb(-places), rounding=way))
+
+
+def _with_power(value: Decimal, digits: int, way: str) -> str:
+    """1.33×10¹⁵: a value to some significant digits, with a power of ten."""
+    value = value.quantize(Decimal(1).scaleb(value.adjusted() - digits + 1), rounding=way)
+    mantissa = value.scaleb(-value.adjusted()).quantize(Decimal(1).scaleb(1 - digits))
+    return f"{_plain(mantissa)}×{power_of_ten(value.adjusted())}"
 
 
 def _observed(value: float, item: Number) -> str:
     """An observed value, which has no interval."""
     if not item.percent:
         return quantity(value, item.unit)
-    return f"{number(100.0 * value)}{SPACE}%" if math.isfinite(value) else number(value)
+    return share(value) if math.isfinite(value) else number(value)
 
 
 def spoken(item: Number) -> str:
@@ -120,8 +150,13 @@ def spoken(item: Number) -> str:
 
 
 def percent(share: float) -> str:
-    """A chosen share (a confidence, a quantile) in percent: 95 %, 99.73 %."""
-    return f"{share * 100:.6g}{SPACE}%"
+    """A chosen share (a confidence, a quantile) in percent, as its author wrote it: 95 %, 99.73 %, 99.99995 %."""
+    return f"{chosen(share)}{SPACE}%".replace("-", "−")
+
+
+def share(value: float, digits: int = 3) -> str:
+    """An observed share in percent to `digits` significant digits; only 1 reads as 100 %."""
+    return f"{estimated(value, digits)}{SPACE}%".replace("-", "−")
 
 
 def label(name: str) -> str:
@@ -158,9 +193,18 @@ def _decimals(value: float, low: float, high: float) -> int:
 def _fixed(value: float, decimals: int, rounding: str) -> str:
     if not math.isfinite(value) or value == 0.0:
         return _special(value)
-    text = str(Decimal(f"{value:.14g}").quantize(Decimal(1).scaleb(-decimals), rounding=rounding))
-    text = text.removeprefix("-") if float(text) == 0.0 else text
-    return text.replace("-", "−") if abs(value) < 1e4 else f"{Decimal(text):,}".replace("-", "−")
+    return _plain(_exact(value).quantize(Decimal(1).scaleb(-decimals), rounding=rounding))
+
+
+def _exact(value: float) -> Decimal:
+    """A value to 12 digits, so that the error of a sum of many steps does not move an end of an interval to the next place."""
+    return Decimal(f"{value:.12g}")
+
+
+def _plain(value: Decimal) -> str:
+    """A decimal number with a typographic minus, and with thousands separators from 10,000 on."""
+    text = f"{value:f}" if abs(value) < 10_000 else f"{value:,f}"
+    return (text.removeprefix("-") if not value else text).replace("-", "−")
 
 
 def _with_unit(text: str, value: float, symbol: str) -> str:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
@@ -56,6 +58,81 @@ def test_a_requirement_of_a_campaign_has_its_own_method() -> None:
     assert (one.method, one.budget) == ("sequential", 4160)
     assert 416 <= one.samples < 420
     assert one.passes > 0.999
+
+
+@pytest.mark.parametrize("most", [0.01, 1e-4, 1e-6])
+@pytest.mark.parametrize("confidence", [0.95, 0.999])
+def test_a_plan_for_a_share_of_bad_samples(most: float, confidence: float) -> None:
+    """The smallest n for which k bad samples show a share of at most p, and the chances at smaller true shares.
+
+    Against the beta and binomial distributions of SciPy. Kills: the share of good samples for that of bad ones, a true share on
+    the wrong side, one sample too few or too many.
+    """
+    found = plan(most, confidence, [most / 2, most / 10], bad=True)
+    assert (found.limit, found.bad, found.trues) == (most, True, (most / 2, most / 10))
+    for one in found.fixed:
+        assert stats.beta.ppf(confidence, one.failures + 1, one.n - one.failures) <= most * (1 + 1e-9)
+        assert stats.beta.ppf(confidence, one.failures + 1, one.n - 1 - one.failures) > most * (1 - 1e-9)
+        for true, chance in zip(found.trues, one.chances, strict=True):
+            assert chance.passes == pytest.approx(stats.binom.cdf(one.failures, one.n, true), rel=1e-6)
+    assert found.enough is not None
+    assert stats.binom.cdf(found.enough.failures, found.enough.n, most / 2) >= 0.9
+    assert [test.true for test in found.running] == [most / 2, most / 10]
+    good = plan(1 - most, confidence, [1 - most / 2, 1 - most / 10])
+    assert [one.n for one in good.fixed] == [one.n for one in found.fixed]
+
+
+def test_default_shares_of_bad_samples_are_parts_of_the_limit() -> None:
+    """Kills: true shares above what is allowed, those of good samples."""
+    assert plan(0.02, bad=True).trues == pytest.approx((0.01, 0.005, 0.002))
+    running = plan(0.02, bad=True, expected=0.001).running
+    assert [(test.method, test.true) for test in running] == [
+        (method, pytest.approx(share)) for method in ("sequential", "sprt") for share in (0.01, 0.005, 0.002)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "heads"),
+    [
+        (("--at-least", "0.999999", "--confidence", "0.999"), ("99.99995", "99.999975", "99.99999")),
+        (("--at-least", "0.9999995", "--true", "0.9999996", "--true", "0.99999999"), ("99.99996", "99.999999")),
+        (("--at-least", "0.95", "--true", "0.9500000001", "--true", "0.95000001"), ("95.00000001", "95.000001")),
+        (("--at-most", "0.000001"), ("0.00005", "0.000025", "0.00001")),
+        (("--at-most", "0.05", "--true", "0.0499999999"), ("4.99999999",)),
+    ],
+)
+def test_columns_say_their_shares(
+    rvjax: Run, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], heads: tuple[str, ...]
+) -> None:
+    """Kills: shares rounded to six digits, so that two columns are headed 100 %, or as the required share."""
+    monkeypatch.setenv("COLUMNS", "300")
+    code, out, err = rvjax("plan", *arguments)
+    assert code == 0, err
+    assert re.findall(r"pass at ([\d.]+) %", out) == list(heads)
+    true = re.findall(r"sequential +([\d.]+) %", out)
+    assert true == list(heads)
+    side, limit = arguments[0].removeprefix("--").replace("-", " "), Decimal(arguments[1]) * 100
+    shown = re.search(rf"{side} ([\d.]+) % with", out)
+    assert shown is not None
+    assert Decimal(shown[1]) == limit
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--at-most", "0.1", "--true", "0.2"), "--true 0.2; accepted: a share below the 0.1 that is allowed, above 0"),
+        (("--at-most", "0.1", "--expected", "0"), "--expected 0; accepted: a share below the 0.1 that is allowed, above 0"),
+        (("--at-most", "0"), "--at-most 0; accepted: a share between 0 and 1"),
+        (("--at-most", "1e-17"), "--at-most 1e-17; accepted: a share between 0 and 1"),
+        (("--at-least", "0.9999995", "--true", "0.999999"), "--true 0.999999; accepted: a share above the 0.9999995 that"),
+        (("--at-least", "0.9", "--at-most", "0.1"), "accepted: a campaign FILE, or --at-least SHARE, or --at-most SHARE"),
+    ],
+)
+def test_shares_out_of_range_are_refused(rvjax: Run, arguments: tuple[str, ...], message: str) -> None:
+    """Kills: a share of bad samples compared like one of good samples, a limit rounded in the message, two limits accepted."""
+    code, _, err = rvjax("plan", *arguments)
+    assert code == 2
+    assert message in " ".join(err.split())
 
 
 def test_the_command(rvjax: Run, tmp_path: Path) -> None:

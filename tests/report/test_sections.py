@@ -126,7 +126,7 @@ def test_a_draw_stands_out_by_its_rank_among_the_first(run: Run) -> None:
     assert isinstance(replay, Table)
     assert table.rows[0][-1] == "pursuer.mass_kg = 120\u00a0kg (p99.5)"
     assert table.rows[1][-1] == "pursuer.mass_kg = 80.0\u00a0kg (p15.0)"
-    assert table.rows[1][-2] == "12.5 %"
+    assert table.rows[1][-2] == "12.5\u00a0%"
     assert [row[0] for row in replay.rows] == [row[0] for row in table.rows] == ["199", "3", *map(str, (0, 1, 2, 4, 5, 6, 7, 8))]
     assert [row[1] for row in replay.rows[:2]] == [Code(f"rvjax replay {run.folder} --sample {k}") for k in (199, 3)]
     last = first.assign(sample=place + 200, **{"draw.pursuer.mass_kg": 130.0, "outcome_time_s": 1.0, "outcome": "not_finite"})

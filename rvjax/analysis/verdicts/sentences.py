@@ -6,6 +6,7 @@ import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 from typing import TYPE_CHECKING
 
+from rvjax.analysis.percentages import chosen, rounded
 from rvjax.analysis.verdicts.verdict import Evidence
 
 if TYPE_CHECKING:
@@ -29,13 +30,13 @@ def title(requirement: Requirement) -> str:
         return requirement.name
     what = condition(requirement, "")
     if requirement.quantile is not None:
-        what = f"{requirement.quantile:g} quantile of {what}"
+        what = f"{requirement.quantile:.12g} quantile of {what}"
     elif requirement.mean:
         what = f"mean of {what}"
     elif requirement.at_most is not None:
-        what = f"{what}: at most {requirement.at_most:g}"
+        what = f"{what}: at most {requirement.at_most:.12g}"
     else:
-        what = f"{what}: at least {requirement.limit:g}"
+        what = f"{what}: at least {requirement.limit:.12g}"
     return what + _of_class(requirement)
 
 
@@ -43,7 +44,7 @@ def of_share(requirement: Requirement, successes: int, share: Estimate, quantity
     """How many samples comply, the bounds of their share, and the required share."""
     percent = _percentages(requirement.limit, share)
     observed = f" ({percent[3]})" if share.n else ""
-    confidence = f"with {100 * share.confidence:.6g} % confidence"
+    confidence = f"with {chosen(share.confidence)} % confidence"
     stopping = " at any stopping time" if requirement.method != "fixed" else ""
     never = "not " if requirement.at_most is not None else ""
     text = (
@@ -54,14 +55,14 @@ def of_share(requirement: Requirement, successes: int, share: Estimate, quantity
     if quantity is not None:
         low, high = number(quantity.low, unit, ROUND_FLOOR), number(quantity.high, unit, ROUND_CEILING)
         middle = number(quantity.value, unit)
-        text += f" The {requirement.quantile:g}-quantile is {middle}, at least {low} and at most {high}, each {confidence}."
+        text += f" The {requirement.quantile:.12g}-quantile is {middle}, at least {low} and at most {high}, each {confidence}."
     return text
 
 
 def of_mean(requirement: Requirement, bound: Bound, mean: Estimate, unit: str, *, outside: int, lost: int) -> str:
     """The mean, its bounds and the required bound."""
     low, high = number(mean.low, unit, ROUND_FLOOR), number(mean.high, unit, ROUND_CEILING)
-    confidence = f"with {100 * mean.confidence:.6g} % confidence"
+    confidence = f"with {chosen(mean.confidence)} % confidence"
     if requirement.range is None:
         confidence += " (approximate: its range is not stated)"
     text = (
@@ -104,7 +105,7 @@ def stopped(requirement: Requirement, evidence: Evidence) -> str:
     if requirement.method == "sprt":
         ends = (requirement.design, requirement.limit)
         likelier, other = ends if passing else ends[::-1]
-        return f"{decided} The samples fit a share of {100 * likelier:.6g} % better than a share of {100 * other:.6g} %."
+        return f"{decided} The samples fit a share of {chosen(likelier)} % better than a share of {chosen(other)} %."
     return decided
 
 
@@ -135,21 +136,17 @@ def _of_class(requirement: Requirement) -> str:
 def _percentages(limit: float, share: Estimate) -> list[str]:
     """In percent: the limit, the lower bound of the share (rounded down), its upper bound (rounded up), and its value.
 
-    They have 2 to 8 decimals, enough to tell them from the limit.
+    They have 2 to 8 decimals, enough to tell them from the limit, and more where they would read as 0 or 100 otherwise.
     """
     gaps = [abs(100 * (end - limit)) for end in (share.low, share.high, share.value) if abs(end - limit) > 1e-9]
-    place = Decimal(1).scaleb(-min(max([2, *(math.ceil(-math.log10(gap)) + 1 for gap in gaps)]), 8))
+    decimals = min(max([2, *(math.ceil(-math.log10(gap)) + 1 for gap in gaps)]), 8)
     ends = ((limit, ROUND_HALF_EVEN), (share.low, ROUND_FLOOR), (share.high, ROUND_CEILING), (share.value, ROUND_HALF_EVEN))
-    return [f"{_rounded(100 * end, place, way)} %" for end, way in ends if not math.isnan(end)]
-
-
-def _rounded(value: float, place: Decimal, way: str) -> Decimal:
-    """A number to a decimal place. An error in its 15th digit does not move it to the next place."""
-    return Decimal(f"{value:.14g}").quantize(place, rounding=way)
+    return [f"{rounded(Decimal(f'{100 * end:.14g}'), decimals, way):f} %" for end, way in ends if not math.isnan(end)]
 
 
 def number(value: float, unit: str, way: str = ROUND_HALF_EVEN) -> str:
-    """A number to four digits with its unit."""
+    """A number to four digits with its unit. An error in its 13th digit, as of a sum of many steps, does not move an end."""
     if value and math.isfinite(value):
-        value = float(_rounded(value, Decimal(1).scaleb(math.floor(math.log10(abs(value))) - 3), way))
+        exact = Decimal(f"{value:.12g}")
+        value = float(exact.quantize(Decimal(1).scaleb(exact.adjusted() - 3), rounding=way))
     return f"{value:.4g} {unit}" if unit not in ("", "1") else f"{value:.4g}"

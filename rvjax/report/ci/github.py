@@ -9,10 +9,12 @@ import math
 import os
 import re
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rvjax.analysis.percentages import rounded
 from rvjax.analysis.verdicts.sentences import title
 from rvjax.errors import visible
 
@@ -90,8 +92,12 @@ def summary(campaign: str, verdicts: Sequence[Verdict], comparisons: Sequence[Ba
     if verdicts:
         lines += ["| requirement | verdict | samples | estimate | lower bound | upper bound | required |", "| --- " * 7 + "|"]
     for verdict in verdicts:
-        numbers = ((verdict.estimate.value, round), (verdict.low_bound, math.floor), (verdict.high_bound, math.ceil))
-        shown = [_shown(verdict, x, rounding) for x, rounding in (*numbers, (verdict.limit, round))]
+        numbers = (
+            (verdict.estimate.value, ROUND_HALF_EVEN),
+            (verdict.low_bound, ROUND_FLOOR),
+            (verdict.high_bound, ROUND_CEILING),
+        )
+        shown = [_shown(verdict, x, way) for x, way in (*numbers, (verdict.limit, ROUND_HALF_EVEN))]
         cells = [title(verdict.requirement), f"{_SIGNS[verdict.verdict]} {verdict.verdict}", f"{verdict.n:,}", *shown]
         lines.append(f"| {' | '.join(map(_cell, cells))} |")
     if comparisons:
@@ -115,11 +121,11 @@ def summary_of_error(command: Sequence[str], code: int, text: str) -> str:
     return "\n".join([f"### {_cell(shlex.join(command))}: exit code {code}", "", *lines, ""])
 
 
-def _shown(verdict: Verdict, x: float, rounding: Callable[[float], int]) -> str:
-    """A share in percent, with its bounds rounded outwards; a mean in its unit."""
+def _shown(verdict: Verdict, x: float, way: str) -> str:
+    """A share in percent, with its bounds rounded outwards; a mean in its unit. Only 1 reads as 100 %, only 0 as 0 %."""
     if verdict.requirement.mean:
         return f"{x:.5g} {verdict.unit}".removesuffix(" 1")
-    return f"{rounding(round(1e4 * x, 9)) / 100:g} %" if math.isfinite(x) else "–"
+    return f"{rounded(Decimal(f'{100 * x:.14g}'), 2, way).normalize():f} %" if math.isfinite(x) else "–"
 
 
 def _cell(text: str) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 
 from rvjax.columns import ALEATORY, EPISTEMIC, Column, draw_column
 from rvjax.report.blocks import Cell, Code, Section, Table
-from rvjax.report.number_format import capital, count, quantity
+from rvjax.report.number_format import capital, count, quantity, share
 from rvjax.report.run_view import REJECTED, Run
 
 _MEANING = {
@@ -58,6 +58,6 @@ def _rejections(run: Run) -> tuple[str, ...]:
         accepted = len(counts) / (len(counts) + counts.sum()) if len(counts) else 1.0
         sentences.append(
             f"{path.removesuffix(REJECTED)}: {count(int(counts.sum()))} draws were rejected as unphysical and redrawn, "
-            f"for {count(len(counts))} samples ({100 * accepted:.3g} % of the draws were accepted).{run.head_note}"
+            f"for {count(len(counts))} samples ({share(accepted)} of the draws were accepted).{run.head_note}"
         )
     return tuple(sentences)

@@ -64,7 +64,8 @@ def _times(logarithm: float) -> str:
     if abs(logarithm) < math.log(1e4):
         return f"{math.exp(logarithm):.3g}"
     exponent = math.floor(logarithm / math.log(10))
-    return f"{math.exp(logarithm - exponent * math.log(10)):.2g}·{power_of_ten(exponent)}"
+    mantissa = f"{math.exp(logarithm - exponent * math.log(10)):.2g}"
+    return f"1·{power_of_ten(exponent + 1)}" if mantissa == "10" else f"{mantissa}·{power_of_ten(exponent)}"
 
 
 def _figure(sequential: list[tuple[int, Verdict, Evidence]]) -> Drawing:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rvjax.columns import draw_column, metric_column
 from rvjax.report.blocks import Cell, Code, Mark, Section, Table
-from rvjax.report.number_format import label, number, quantity
+from rvjax.report.number_format import label, quantity, share
 from rvjax.report.run_view import Run, is_share
 
 SHOWN = 10
@@ -53,7 +53,7 @@ def _value(run: Run, name: str, row: int) -> str:
     value = float(run.totals.worst[metric_column(name)].iloc[row])
     if math.isnan(value):
         return "–"
-    return f"{number(100 * value)} %" if is_share(name) else quantity(value, run.column(name).unit)
+    return share(value) if is_share(name) else quantity(value, run.column(name).unit)
 
 
 def _extreme_draws(run: Run, row: int, drawn: dict[str, NDArray[np.float64]]) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from rvjax.report.blocks import Cell, Code, Headline, Mark, Number, Section, Table
-from rvjax.report.number_format import count, percent, quantity
+from rvjax.report.number_format import count, percent, quantity, share
 from rvjax.run_folder.tuning_record import Confirmation, Confirmed, Kept, Missed, Searched
 from rvjax.stats import Estimate
 from rvjax.stats.sampling_design import Observed
@@ -56,7 +56,7 @@ def value_text(value: float, objective: Confirmed) -> str:
     """A value of an objective with its unit; a dash for a difference of two infinite values."""
     if math.isnan(value):
         return "–"
-    return f"{100 * value:.4g} %" if objective.share else quantity(value, objective.unit)
+    return share(value, 4) if objective.share else quantity(value, objective.unit)
 
 
 def _passed(confirmation: Confirmation) -> list[str]:

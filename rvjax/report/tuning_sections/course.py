@@ -6,7 +6,7 @@ import math
 
 from rvjax.report import plotting
 from rvjax.report.blocks import Drawing, Section
-from rvjax.report.number_format import axis_label, count, quantity
+from rvjax.report.number_format import axis_label, count, quantity, share
 from rvjax.run_folder.tuning_record import Searched
 
 ORIGINAL = 0
@@ -83,5 +83,5 @@ def _lead(search: Searched) -> str:
     objective = search.objectives[0]
     best = search.row[search.best]
     value = best.objectives[0]
-    text = f"{100 * value:.4g} %" if objective.share else quantity(value, objective.unit)
+    text = share(value, 4) if objective.share else quantity(value, objective.unit)
     return f"{objective.text}: {text} with candidate {search.best}, on the {count(best.samples)} draws of the search."

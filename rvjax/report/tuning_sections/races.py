@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rvjax.report.blocks import Number, Section, Table
-from rvjax.report.number_format import count
+from rvjax.report.number_format import count, share
 from rvjax.run_folder.tuning_record import Searched
 
 
@@ -21,9 +21,9 @@ def section(search: Searched) -> Section:
         )
         for n, (size, begun, tested, halved) in enumerate(columns)
     )
-    share = cost.flights / cost.full if cost.full else 0.0
+    flown = cost.flights / cost.full if cost.full else 0.0
     lead = (
-        f"{count(cost.flights)} candidate flights, {100 * share:.3g} % of the {count(cost.full)} flights of all candidates on "
+        f"{count(cost.flights)} candidate flights, {share(flown)} of the {count(cost.full)} flights of all candidates on "
         f"all samples; {'1 program was' if cost.programs == 1 else f'{cost.programs} programs were'} compiled."
     )
     idle = cost.lanes - cost.flights - cost.own
