@@ -154,7 +154,8 @@ def folder_name(campaign: Path, root: Path) -> str:
 def _check(campaign: Path, folder: Path) -> dict[str, Any]:
     """What `rvjax check` says of a campaign: its document, or `error`; `commands`: what it told a service on its way."""
     command = [sys.executable, "-P", "-m", "rvjax", "check", str(campaign), "--out", str(folder), "--json", "--quiet"]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", check=False)
+    utf_8 = os.environ | {"PYTHONIOENCODING": "utf-8"}
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", env=utf_8, check=False)
     commands = [line for line in done.stderr.splitlines() if line.startswith(("::error ", "::warning "))]
     try:
         document = json.loads(done.stdout)
@@ -187,7 +188,7 @@ def _alone(folder: Path) -> Iterator[None]:
     """One process at a time."""
     import fcntl  # not everywhere where pytest is
 
-    with folder.with_suffix(f"{folder.suffix}.lock").open("w") as lock:
+    with folder.with_suffix(f"{folder.suffix}.lock").open("wb") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
 

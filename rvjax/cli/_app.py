@@ -17,6 +17,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import rvjax
+from rvjax.cli import _help, _streams
 from rvjax.cli._output import Output, say
 from rvjax.errors import CampaignError, Finding, IncompleteError, RvjaxError
 
@@ -45,6 +46,7 @@ JunitXml = Annotated[Path | None, typer.Option("--junit-xml", metavar="PATH", he
 def program() -> typer.Typer:
     """The command line with every command."""
     app = typer.Typer(
+        cls=_help.Group,
         add_completion=False,
         no_args_is_help=True,
         rich_markup_mode=None,
@@ -52,11 +54,12 @@ def program() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
         help="Batched Monte-Carlo robustness analysis of spacecraft rendezvous.",
         epilog="Exit codes: 0 done, every requirement passes; 1 a requirement failed; 2 the command or the campaign is wrong; "
-        "3 undecided; 4 incomplete; 5 a run folder is damaged or belongs to another run; 130, 143 interrupted.",
+        "3 undecided; 4 incomplete; 5 a run folder is damaged or belongs to another run; 130, 143 interrupted; "
+        "141 the reader of the output closed the pipe.",
     )
     app.callback()(_options)
     for name in COMMANDS:
-        app.command(name)(import_module(f"rvjax.cli.{name}").command)
+        app.command(name, cls=_help.Command)(import_module(f"rvjax.cli.{name}").command)
     return app
 
 
@@ -67,18 +70,22 @@ class Terminated(BaseException):
 def main() -> NoReturn:
     """Runs the program and exits with its code; a user's mistake ends in a message, never in a traceback."""
     signal.signal(signal.SIGTERM, _terminate)
+    _streams.prepare()
     sys.unraisablehook = _send_again
     warnings.showwarning = _warn
     try:
-        code = program()(standalone_mode=False)
+        code = program()(standalone_mode=False, prog_name="rvjax")
     except RvjaxError as error:
         code = _report(error)
     except (typer.Abort, KeyboardInterrupt, Terminated) as stop:
         code = 143 if isinstance(stop, Terminated) else 130
         _tell_github(code, reason(stop))
+    except SystemExit as ended:  # typer ends with 1, the code of a failed requirement, where it meets a closed pipe
+        lost = ended.__context__
+        code = _unexpected(lost) if isinstance(lost, OSError) else ended.code
     except Exception as error:  # noqa: BLE001
         code = _unexpected(error)
-    sys.exit(code if isinstance(code, int) else 0)
+    sys.exit(_streams.exit_code(code if isinstance(code, int) else 0))
 
 
 def _terminate(number: int, frame: Any) -> NoReturn:
@@ -146,7 +153,7 @@ def _unexpected(error: Exception) -> int:
         return 2
     _tell_github(4, reason(error))
     traceback.print_exception(error)
-    print("rvjax: internal error (a bug in rvjax); please report it", file=sys.stderr)
+    say("rvjax: internal error (a bug in rvjax); please report it", sys.stderr)
     return 4
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO
 
+from rvjax.cli._streams import is_unicode
 from rvjax.errors import visible
 
 if TYPE_CHECKING:
@@ -20,20 +20,10 @@ if TYPE_CHECKING:
 
 AFTERWARDS = "tracing the kept samples, writing the report"
 
-STYLES = {"PASS": "bold green", "FAIL": "bold red", "UNDECIDED": "bold yellow"}
-
 
 def say(text: str, stream: TextIO) -> None:
     """Prints a text and a line end; control characters are made visible."""
-    _put(visible(text), stream)
-
-
-def _put(text: str, stream: TextIO) -> None:
-    """Prints a text unchanged. A reader that closed the pipe (`| head`) changes neither a flight nor an exit code."""
-    try:
-        print(text, file=stream, flush=True)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    print(visible(text), file=stream, flush=True)
 
 
 @dataclass(frozen=True)
@@ -51,8 +41,8 @@ class Output:
     def document(self, value: Mapping[str, Any]) -> None:
         """The result as one JSON document, only with --json; numbers that are not finite are null."""
         if self.as_json:
-            text = json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False)
-            _put(visible(text, lambda character: f"\\u{ord(character):04x}"), sys.stdout)
+            text = json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=not is_unicode(sys.stdout))
+            print(visible(text, lambda character: f"\\u{ord(character):04x}"), flush=True)
 
     def annotate(self, commands: Sequence[str]) -> None:
         """Commands for the CI service, which reads both streams."""
@@ -68,20 +58,9 @@ class Output:
         """A plain table as wide as the terminal; nothing with --json."""
         if self.as_json:
             return
-        from rich import box
-        from rich.console import Console
-        from rich.table import Table
-        from rich.text import Text
+        from rvjax.cli._tables import drawn
 
-        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold")
-        for position, name in enumerate(head):
-            table.add_column(name, overflow="fold", no_wrap=position == 0)
-        for row in rows:
-            table.add_row(*(Text(visible(cell), style=STYLES.get(cell, "")) for cell in row))
-        console = Console()
-        with console.capture() as printed:
-            console.print(table)
-        _put(printed.get().rstrip("\n"), sys.stdout)
+        print(drawn(head, rows, sys.stdout), flush=True)
 
     def verdicts(self, verdicts: Sequence[Verdict]) -> None:
         """A row for each requirement; nothing with --json."""
@@ -141,7 +120,7 @@ def _bar() -> Iterator[Progress]:
             return Text(f"{task.speed:.0f} samples/s" if task.speed else "compiling")
 
     columns = (
-        SpinnerColumn(),
+        SpinnerColumn("dots" if is_unicode(sys.stderr) else "line"),
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),

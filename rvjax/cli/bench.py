@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="A campaign file; default: the starter campaign.")] = None,
+    file: Annotated[Path | None, typer.Argument(metavar="FILE", help="A campaign file; default: the starter campaign.")] = None,
     *,
     rounds: Annotated[int, typer.Option("--rounds", min=1, help="Flights of every way, in turn.")] = 3,
     yardsticks: Annotated[

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def command(
     folder: Folder,
-    other: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="Run folder B, the change; the first is A.")] = None,
+    other: Annotated[Path | None, typer.Argument(metavar="DIR", help="Run folder B, the change; the first is A.")] = None,
     *,
     baseline: Annotated[
         str | None, typer.Option("--baseline", metavar="NAME", help="Compare the run (B) with a baseline inside it (A).")

@@ -12,7 +12,7 @@ from rvjax.cli._output import Output
 
 
 def command(
-    folder: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="A run folder whose files are verified as well.")] = None,
+    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help="A run folder whose files are verified as well.")] = None,
     as_json: Json = False,
 ) -> int:
     """Check the installation, and with DIR every file of a run."""

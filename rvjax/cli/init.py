@@ -12,7 +12,7 @@ from rvjax.cli._output import Output
 
 
 def command(
-    folder: Annotated[Path, typer.Argument(metavar="[DIR]", help="Folder to write to; default: this one.")] = Path(),
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to write to; default: this one.")] = Path(),
     as_json: Json = False,
 ) -> int:
     """Write a commented starter campaign."""

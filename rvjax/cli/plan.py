@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    file: Annotated[Path | None, typer.Argument(metavar="[FILE]", help="A campaign file, for each of its requirements.")] = None,
+    file: Annotated[Path | None, typer.Argument(metavar="FILE", help="A campaign file, for each of its requirements.")] = None,
     *,
     at_least: Annotated[float | None, typer.Option("--at-least", help="Share of good samples that is required.")] = None,
     at_most: Annotated[float | None, typer.Option("--at-most", help="Share of bad samples that is allowed.")] = None,

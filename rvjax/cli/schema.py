@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
-
 from rvjax.cli._app import Json
+from rvjax.cli._output import Output
 
 
 def command(as_json: Json = False) -> int:
@@ -12,5 +11,5 @@ def command(as_json: Json = False) -> int:
     from rvjax.components.manual import campaign_schema
 
     del as_json  # the output is JSON in any case
-    print(json.dumps(campaign_schema(), indent=2, ensure_ascii=False))
+    Output(as_json=True).document(campaign_schema())
     return 0

@@ -186,7 +186,7 @@ def settings() -> dict[str, object]:
 def _processor() -> str:
     """The model of the CPU: the compiled code depends on it."""
     with contextlib.suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
             if line.startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()

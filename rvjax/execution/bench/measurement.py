@@ -73,7 +73,7 @@ class Worker:
         self.seconds: list[float] = []
         command = [sys.executable, "-m", "rvjax.execution.bench.worker", json.dumps(spec)]
         self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=_environment(spec)
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8", env=_environment(spec)
         )
 
     def __enter__(self) -> Self:
@@ -218,10 +218,10 @@ def _first_chunk(campaign: Path, place: Path, lanes: int) -> tuple[float, float]
 
     def once(name: str) -> float:
         command = [sys.executable, "-m", "rvjax", "run", str(campaign), "--out", str(place / name), "--samples", str(4 * lanes)]
-        cache = {"XDG_CACHE_HOME": str(place / "cache"), "HOME": str(place)}
+        cache = {"XDG_CACHE_HOME": str(place / "cache"), "HOME": str(place), "PYTHONIOENCODING": "utf-8"}
         started = time.perf_counter()
         with subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=os.environ | cache
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, encoding="utf-8", env=os.environ | cache
         ) as run:
             assert run.stderr is not None
             for line in run.stderr:
@@ -238,7 +238,10 @@ def growth_of(campaign: Path, samples: int) -> dict[str, float]:
     """Speed (draws included) and memory for a number of samples."""
     spec = {"campaign": str(campaign), "samples": samples, "steps": GROWTH_STEPS, "precision": "float64"}
     done = subprocess.run(
-        [sys.executable, "-m", "rvjax.execution.bench.scaling", json.dumps(spec)], stdout=subprocess.PIPE, text=True, check=True
+        [sys.executable, "-m", "rvjax.execution.bench.scaling", json.dumps(spec)],
+        stdout=subprocess.PIPE,
+        encoding="utf-8",
+        check=True,
     )
     answer = json.loads(done.stdout.splitlines()[-1])
     return {

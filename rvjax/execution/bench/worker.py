@@ -63,7 +63,7 @@ def timed(fly: Callable[[], Any]) -> float:
 def peak_mb() -> float:
     """Peak memory of this process [MB], since `forget_peak` where that was called."""
     try:
-        for line in Path("/proc/self/status").read_text().splitlines():
+        for line in Path("/proc/self/status").read_text(encoding="utf-8", errors="replace").splitlines():
             if line.startswith("VmHWM:"):
                 return int(line.split()[1]) * 1024 / 1e6
     except OSError:
@@ -74,7 +74,7 @@ def peak_mb() -> float:
 def forget_peak() -> None:
     """Restarts the peak memory, where the system can do that (Linux)."""
     try:
-        Path("/proc/self/clear_refs").write_text("5")
+        Path("/proc/self/clear_refs").write_bytes(b"5")
     except OSError:
         return
 

@@ -91,7 +91,7 @@ class DaskWorkerState(WorkerPlugin):
         order = self.order
         with tempfile.TemporaryDirectory() as place:
             path = Path(place) / CAMPAIGN
-            path.write_text(order.campaign)
+            path.write_bytes(order.campaign.encode())
             input_files.write(Path(place), order.inputs)
             problem = load(path, order.overrides)
         jax_config.configure(problem.spec.precision, self._threads)
