@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, cast
 
+from rvjax.campaign.attitudes import read_attitude
 from rvjax.campaign.csv_text import CsvFile
 from rvjax.campaign.distributions import (
     Attitude,
@@ -120,6 +121,18 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 @dataclass(frozen=True)
+class VectorNotation:
+    """Further notations of a vector. named: names of its components, in the order of a list; attitude: quaternions and Euler
+    angles, as MRP."""
+
+    named: tuple[str, ...] = ()
+    attitude: bool = False
+
+
+PLAIN = VectorNotation()
+
+
+@dataclass(frozen=True)
 class Reader:
     """Reads a quantity in the unit `unit` and collects every problem with its place."""
 
@@ -127,7 +140,9 @@ class Reader:
     range: Range
     problems: list[Problem] = field(default_factory=list[Problem])
 
-    def quantity(self, shape: Shape, raw: Any, thrusters: int = 0) -> tuple[tuple[Distribution, ...], JointDistribution | None]:
+    def quantity(
+        self, shape: Shape, raw: Any, thrusters: int = 0, notation: VectorNotation = PLAIN
+    ) -> tuple[tuple[Distribution, ...], JointDistribution | None]:
         """Parts and joint distribution of a quantity; not valid if there are problems."""
         if shape == "thrusters":
             return self.parts(raw, thrusters, ()), None
@@ -135,6 +150,10 @@ class Reader:
             return (self.scalar(raw, ()),), None
         if shape == "channels":
             return self.channels(raw), None
+        if notation.attitude and (mrp := read_attitude(raw)) is not None:
+            return tuple(map(Fixed, mrp)), None
+        if is_mapping(raw) and raw.keys() & set(notation.named):
+            return self.components(raw, notation.named), None
         if is_mapping(raw) and len(raw) == 1:
             ((word, given),) = raw.items()
             if word == "box":
@@ -142,6 +161,13 @@ class Reader:
             if word in VECTOR_WORDS:
                 return (), self.joint(word, given, (word,))
         return self.parts(raw, 3, (), VECTOR_WORDS), None
+
+    def components(self, raw: Any, names: tuple[str, ...]) -> tuple[Distribution, ...]:
+        """`{xy: …, xz: …, yz: …}`: every component by its name, in any order; the order of the names is that of the list."""
+        for key in sorted(raw.keys() ^ set(names)):
+            accepted = f"accepted: {', '.join(sorted(names))}, all of them"
+            self.refuse((key,), "unknown key" if key in raw else "missing", accepted, at_key=True)
+        return tuple(self.scalar(raw[name], (name,)) if name in raw else NOTHING for name in names)
 
     def channels(self, raw: Any) -> tuple[Distribution, ...]:
         """A list of six, a scalar for every channel, or `{force: …, torque: …}`."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Required, TypedDict, TypeVar, Unpack, cast
+from typing import Any, ClassVar, Required, TypedDict, TypeVar, Unpack, cast
 
 from pydantic import (
     BaseModel,
@@ -32,8 +32,9 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined, core_schema
 
 from rvjax.campaign import units
+from rvjax.campaign.attitudes import attitude_forms
 from rvjax.campaign.csv_columns import DeclaredSeries
-from rvjax.campaign.distribution_notation import Range, Reader, did_you_mean, with_unit
+from rvjax.campaign.distribution_notation import PLAIN, Range, Reader, VectorNotation, did_you_mean, with_unit
 from rvjax.campaign.json_forms import distribution, drawn_attitude, joint_distribution
 from rvjax.campaign.plain_values import Place, is_mapping, is_number
 from rvjax.campaign.problems import Problem, problems, refuse, unexpected
@@ -54,6 +55,9 @@ class Model(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
 
+    OTHER_UNITS: ClassVar[Mapping[str, str]] = {}
+    """Keys that stand for a field in another unit: omega_deg_s → omega_rad_s."""
+
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         """A name that ends in a unit must say the SI unit of the field, and `key` the same stem."""
@@ -73,11 +77,13 @@ class Model(BaseModel):
         if not is_mapping(raw):
             refuse(unexpected(raw, f"accepted: a mapping with {', '.join(cls.keys())}"))
         keys = cls.keys()
+        raw, converted = cls._converted(raw)
         unknown = sorted(raw.keys() - keys.keys())
         missing = [key for key, info in keys.items() if key not in raw and info.is_required()]
         instead = {key: cls._instead(key) for key in unknown[:MOST_SUGGESTIONS]}
         all_keys = f"accepted: {', '.join(keys)}"
-        wrong = [Problem("unknown key", instead.get(key, all_keys), (key,), at_key=True) for key in unknown]
+        wrong = [*converted]
+        wrong += [Problem("unknown key", instead.get(key, all_keys), (key,), at_key=True) for key in unknown]
         wrong += [Problem("missing", f"accepted: {keys[key].description}", (key,), at_key=True) for key in missing]
         absent = {(key,) for key in missing}
         try:
@@ -92,6 +98,42 @@ class Model(BaseModel):
         return {info.alias or name: info for name, info in cls.model_fields.items()}
 
     @classmethod
+    def _converted(cls, raw: dict[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+        """The mapping with the field's key in place of each key in another unit, and what is wrong with those."""
+        values, wrong = dict(raw), list[Problem]()
+        for other, key in cls.OTHER_UNITS.items():
+            if other not in raw:
+                continue
+            del values[other]
+            if key in raw:
+                wrong.append(
+                    Problem(f"both {other} and {key}", f"accepted: one of them, {other} or {key}", (other,), at_key=True)
+                )
+                continue
+            known, unit = declared(cls.keys()[key]), units.split(other)[1]
+            assert known is not None, key
+            try:
+                values[key] = replace(known, factor=unit.factor, symbol=unit.symbol).read(raw[other])
+            except ValidationError as error:
+                wrong += [problem.below((other,)) for problem in problems(error)]
+                values[key] = known.read(0.0)
+        return values, wrong
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """The keys in other units are keys too; a field has one of its keys at most."""
+        whole = handler.resolve_ref_schema(handler(schema))
+        for other, key in cls.OTHER_UNITS.items():
+            info, unit = cls.keys()[key], units.split(other)[1]
+            known = declared(info)
+            assert known is not None, key
+            assert not info.is_required(), key
+            described = {"description": f"{known.doc} [{unit.symbol}]"}
+            whole["properties"][other] = {**replace(known, symbol=unit.symbol).json_schema(), **described}
+            whole.setdefault("allOf", []).append({"not": {"required": [key, other]}})
+        return whole
+
+    @classmethod
     def _instead(cls, key: str) -> str:
         """The key with the same stem in another unit, or else the most similar key, or else all keys."""
         keys = cls.keys()
@@ -101,7 +143,8 @@ class Model(BaseModel):
         if not same:
             return did_you_mean(key, keys)
         nearest = max(same, key=len)
-        return f"accepted: {nearest} ({others[nearest][1].name})"
+        also = (other for other, known in cls.OTHER_UNITS.items() if known == nearest)
+        return " or ".join((f"accepted: {nearest} ({others[nearest][1].name})", *also))
 
     def quantities(self, prefix: str = "") -> dict[str, Quantity]:
         """Every quantity, fixed or drawn, by its SI name: `target.rate_rad_s`, `pursuer.inertia_kgm2.principal`."""
@@ -176,11 +219,13 @@ class DeclaredNumber(Declared):
 
 @dataclass(frozen=True)
 class DeclaredQuantity(Declared):
-    """A quantity, fixed or drawn. largest_norm: upper limit of |X|, in the unit of the key; thrusters: their number."""
+    """A quantity, fixed or drawn. largest_norm: upper limit of |X|, in the unit of the key; thrusters: their number;
+    notation: further notations of a vector."""
 
     shape: Shape
     largest_norm: float | None = None
     thrusters: int = 0
+    notation: VectorNotation = PLAIN
 
     def flown(self, names: tuple[str, ...]) -> Declared:
         """One number per thruster instead of per channel, where thrusters fly."""
@@ -190,10 +235,10 @@ class DeclaredQuantity(Declared):
 
     def read(self, raw: Any) -> Quantity | None:
         """The quantity in SI; None only where the field may be left out."""
-        if raw is None and self.optional:
-            return None
+        if isinstance(raw, Quantity) or (raw is None and self.optional):
+            return raw
         reader = Reader(self.symbol, self.range)
-        parts, joint = reader.quantity(self.shape, raw, self.thrusters)
+        parts, joint = reader.quantity(self.shape, raw, self.thrusters, self.notation)
         if reader.problems:
             refuse(*reader.problems)
         quantity = Quantity(self.shape, parts, joint, self.unit, self.doc)
@@ -213,8 +258,7 @@ class DeclaredQuantity(Declared):
         if self.shape == "scalar":
             return scalar
         if self.shape == "vector":
-            attitude = [drawn_attitude()] if self.unit == "1" else []
-            return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3), joint_distribution(), *attitude]}
+            return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3), joint_distribution(), *self._more_forms(scalar)]}
         half = {"anyOf": [*scalar["anyOf"], _list_of(scalar, 3)]}
         halves = {
             "properties": {"force": half, "torque": half},
@@ -222,6 +266,15 @@ class DeclaredQuantity(Declared):
             "additionalProperties": False,
         }
         return {"anyOf": [*scalar["anyOf"], _list_of(scalar, 6, MOST), {"type": "object", **halves}]}
+
+    def _more_forms(self, scalar: dict[str, Any]) -> list[dict[str, Any]]:
+        """The further notations of a vector, as JSON Schema."""
+        forms = [drawn_attitude()] if self.unit == "1" else []
+        forms += attitude_forms() if self.notation.attitude else []
+        if names := self.notation.named:
+            keys = dict.fromkeys(names, scalar)
+            forms.append({"type": "object", "properties": keys, "required": list(names), "additionalProperties": False})
+        return forms
 
 
 def _list_of(items: dict[str, Any], count: int, most: int = 0) -> dict[str, Any]:
@@ -267,9 +320,15 @@ def scalar(unit: str, **declaration: Unpack[Declaration]) -> Any:
     return _field(DeclaredQuantity, unit, declaration, shape="scalar")
 
 
-def vector(unit: str, norm_at_most: float | None = None, **declaration: Unpack[Declaration]) -> Any:
-    """Three numbers x, y, z, fixed or drawn; the range holds for each component."""
-    return _field(DeclaredQuantity, unit, declaration, shape="vector", largest_norm=norm_at_most)
+def vector(unit: str, named: tuple[str, ...] = (), **declaration: Unpack[Declaration]) -> Any:
+    """Three numbers x, y, z, fixed or drawn; the range holds for each. named: names of the components, for a mapping."""
+    return _field(DeclaredQuantity, unit, declaration, shape="vector", notation=VectorNotation(named))
+
+
+def attitude(**declaration: Unpack[Declaration]) -> Any:
+    """MRP with a norm of at most 1, fixed or drawn, or a fixed attitude in another notation."""
+    notation = VectorNotation(attitude=True)
+    return _field(DeclaredQuantity, "1", declaration, shape="vector", largest_norm=1.0, notation=notation)
 
 
 def channels(unit: str, **declaration: Unpack[Declaration]) -> Any:

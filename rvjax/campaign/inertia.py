@@ -1,7 +1,15 @@
-"""Inertia of a body about its reference point, in two forms.
+"""Inertia of a body about its reference point, in several forms.
 
-    principal   J = T diag(J₁, J₂, J₃) Tᵀ, T a rotation by `tilt` about a drawn axis, or any rotation alike
-    matrix      J = [Jxx Jxy Jxz; Jxy Jyy Jyz; Jxz Jyz Jzz]
+    {principal: [J₁, J₂, J₃], tilt_deg: a}               J = T diag(J₁, J₂, J₃) Tᵀ, T a rotation by a about a drawn axis
+    {principal: [J₁, J₂, J₃], rotation: uniform}         the same, T any rotation, all equally likely
+    {moments: [Jxx, Jyy, Jzz], products: {xy: Jxy, xz: Jxz, yz: Jyz}}
+    {moments: [Jxx, Jyy, Jzz], products: [Jyz, Jxz, Jxy]}
+    {matrix: [[Jxx, Jxy, Jxz], [Jxy, Jyy, Jyz], [Jxz, Jyz, Jzz]]}
+
+Moments Jxx = ∫(y² + z²) dm. Products are entries of J, with their sign in J: Jxy = −∫xy dm, Jxz = −∫xz dm, Jyz = −∫yz dm. A
+source that defines products with a plus sign, Ixy = +∫xy dm, needs the opposite sign here. The list of products has the order yz,
+xz, xy (each stands where its missing axis x, y, z would); many other programs write xy, xz, yz. A mapping or a matrix leaves no
+doubt.
 
 It is physical in every possible draw: the set of physical inertias is convex, so all draws are inside if the corners of the box
 of their supports are. With `reject: true` the laws may reach beyond it; unphysical draws are rejected and redrawn.
@@ -10,22 +18,29 @@ of their supports are. With `reject: true` the laws may reach beyond it; unphysi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from itertools import product
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, ValidationError, ValidationInfo, field_validator, model_validator
 
 from rvjax.campaign.distributions import Attitude, Direction
 from rvjax.campaign.fields import Model, flag, option, scalar, vector
 from rvjax.campaign.inertia_validity import about_centre, definite, physical, triangle
-from rvjax.campaign.plain_values import is_mapping
-from rvjax.campaign.problems import Problem, refuse, unexpected
+from rvjax.campaign.json_forms import distribution
+from rvjax.campaign.plain_values import Place, describe, is_list, is_mapping, is_number
+from rvjax.campaign.problems import Problem, problems, refuse, unexpected
 from rvjax.campaign.quantity import Quantity
 
 INSTEAD = "or reject: true, which redraws unphysical inertias"
+PRODUCTS = {"yz": (1, 2), "xz": (0, 2), "xy": (0, 1)}
+"""Row and column in J of each product, in the order of the list of products."""
+
+ORDER = "products are [Jyz, Jxz, Jxy] with Jxy = -∫xy dm, or {xy: …, xz: …, yz: …}"
+FORMS = "principal (with tilt_deg or rotation), moments (with products), or matrix"
 
 
 class PrincipalInertia(Model):
@@ -81,7 +96,12 @@ class MatrixInertia(Model):
     REJECTS: ClassVar[bool] = False
 
     moments: Quantity = vector("kg·m²", above=0.0, doc="Jxx, Jyy, Jzz")
-    products: Quantity = vector("kg·m²", default=0.0, doc="Jyz, Jxz, Jxy, as they stand in J")
+    products: Quantity = vector(
+        "kg·m²",
+        named=tuple(PRODUCTS),
+        default=0.0,
+        doc="[Jyz, Jxz, Jxy] or {xy: Jxy, xz: Jxz, yz: Jyz}, as they stand in J: Jxy = −∫xy dm",
+    )
     reject: bool = flag(default=False, doc="unphysical inertias are rejected and redrawn")
 
     @field_validator("moments")
@@ -123,18 +143,63 @@ def _form(raw: Any) -> Any:
     if isinstance(raw, Model):
         return raw
     rejects = is_mapping(raw) and raw.get("reject") is True
-    forms = {
-        "principal": RejectingPrincipalInertia if rejects else PrincipalInertia,
-        "moments": RejectingMatrixInertia if rejects else MatrixInertia,
-    }
-    chosen = [form for key, form in forms.items() if is_mapping(raw) and key in raw]
+    entries = RejectingMatrixInertia if rejects else MatrixInertia
+    forms = {"principal": RejectingPrincipalInertia if rejects else PrincipalInertia, "moments": entries, "matrix": entries}
+    chosen = [key for key in forms if is_mapping(raw) and key in raw]
     if len(chosen) != 1:
-        accepted = "accepted: principal (with tilt_deg or rotation), or moments (with products)"
-        refuse(unexpected(raw, accepted))
-    return chosen[0].model_validate(raw)
+        refuse(unexpected(raw, f"accepted: {FORMS}"))
+    return _of_matrix(raw, entries) if chosen == ["matrix"] else forms[chosen[0]].model_validate(raw)
 
 
-Inertia = Annotated[PrincipalInertia | MatrixInertia | RejectingPrincipalInertia | RejectingMatrixInertia, BeforeValidator(_form)]
+def _of_matrix(raw: dict[str, Any], form: type[Model]) -> Any:
+    """The model of `{matrix: [[…], […], […]]}`; problems stand at the entries of the matrix."""
+    rows, names = raw["matrix"], "xyz"
+    if not is_list(rows) or len(rows) != 3 or not all(is_list(row) and len(row) == 3 for row in rows):
+        accepted = "accepted: [[Jxx, Jxy, Jxz], [Jxy, Jyy, Jyz], [Jxz, Jyz, Jzz]]"
+        refuse(unexpected(rows, accepted, ("matrix",)))
+    for i, j in PRODUCTS.values():
+        if rows[i][j] != rows[j][i]:
+            upper, lower = (f"J{names[a]}{names[b]} {_brief(rows[a][b])}" for a, b in ((i, j), (j, i)))
+            refuse(Problem(f"{upper} differs from {lower}", "accepted: a symmetric matrix", ("matrix", j, i)))
+    if "products" in raw:
+        refuse(Problem("both matrix and products", "accepted: one of them", ("products",), at_key=True))
+    given = {key: value for key, value in raw.items() if key != "matrix"}
+    given |= {"moments": [rows[k][k] for k in range(3)], "products": [rows[i][j] for i, j in PRODUCTS.values()]}
+    places = {("moments", k): (k, k) for k in range(3)} | {("products", k): at for k, at in enumerate(PRODUCTS.values())}
+    try:
+        return form.model_validate(given)
+    except ValidationError as error:
+        refuse(*(replace(problem, place=_in_matrix(problem.place, places)) for problem in problems(error)))
+
+
+def _in_matrix(place: Place, places: Mapping[Place, tuple[int, int]]) -> Place:
+    """Where something stands in the matrix that stands at a place of moments and products."""
+    if place[:2] in places:
+        return ("matrix", *places[place[:2]], *place[2:])
+    return ("matrix",) if place[:1] in (("moments",), ("products",)) else place
+
+
+def _brief(value: object) -> str:
+    return f"{value:g}" if is_number(value) else describe(value)
+
+
+class _WithMatrix:
+    """Adds the form `matrix` to the JSON Schema of the others."""
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        others = handler(schema)
+        entry = {"anyOf": [{"type": "number"}, distribution()]}
+        row = {"type": "array", "items": entry, "minItems": 3, "maxItems": 3}
+        keys = {"matrix": {"type": "array", "items": row, "minItems": 3, "maxItems": 3}, "reject": {"type": "boolean"}}
+        matrix = {"type": "object", "properties": keys, "required": ["matrix"], "additionalProperties": False}
+        return {**others, "anyOf": [*others["anyOf"], {"description": "the symmetric matrix J [kg·m²]", **matrix}]}
+
+
+Inertia = Annotated[
+    PrincipalInertia | MatrixInertia | RejectingPrincipalInertia | RejectingMatrixInertia,
+    BeforeValidator(_form),
+    _WithMatrix(),
+]
 
 
 def check_centre(inertia: PrincipalInertia | MatrixInertia, mass: Quantity, centre: Quantity) -> None:
@@ -202,7 +267,8 @@ def _check_corners(moments: Quantity, products: Quantity | None = None) -> None:
         (definite, "is not positive definite", "accepted: smaller products of inertia"),
         (triangle, "breaks the triangle inequality of the principal moments", "accepted: none above the sum of the others"),
     ):
+        order = "" if products is None else f"; {ORDER}"
         wrong = np.flatnonzero(~holds(_entries(corners)))
         if wrong.size:
             entries = ", ".join(f"{entry:g}" for entry in corners[: 3 * len(given), wrong[0]])
-            refuse(Problem(f"the draw {entries} {message}", f"{accepted}, in every draw, {INSTEAD}"))
+            refuse(Problem(f"the draw {entries} {message}", f"{accepted}, in every draw, {INSTEAD}{order}"))

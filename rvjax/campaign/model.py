@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import PrivateAttr, ValidationInfo, field_validator
 
@@ -15,7 +15,7 @@ from rvjax.campaign.actuators import AnyActuators
 from rvjax.campaign.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
 from rvjax.campaign.correlation import Correlation
 from rvjax.campaign.csv_files import attach
-from rvjax.campaign.fields import Model, count, number, option, part, scalar, validate, vector
+from rvjax.campaign.fields import Model, attitude, count, number, option, part, scalar, validate, vector
 from rvjax.campaign.formula import Formula, Margins
 from rvjax.campaign.inertia import Inertia, check_centre
 from rvjax.campaign.overrides import override, replace_values
@@ -103,10 +103,14 @@ class Orbit(Model):
 
 
 class Target(Model):
-    """The body to dock with: its orbit, its tumbling, its docking port."""
+    """The body to dock with: its orbit, its tumbling, its docking port. rate_rad_s instead of rate_deg_s gives radians."""
 
     orbit: Orbit = part(default={}, doc="orbit of the target")
-    attitude_mrp: Quantity = vector("1", default=0.0, norm_at_most=1.0, doc="MRP of the target in the perifocal frame at t = 0")
+    OTHER_UNITS: ClassVar[Mapping[str, str]] = {"rate_rad_s": "rate_deg_s"}
+
+    attitude_mrp: Quantity = attitude(
+        default=0.0, doc="attitude of the target in the perifocal frame at t = 0: MRP, quaternion or yaw_pitch_roll_deg"
+    )
     rate_rad_s: Quantity = vector("rad/s", key="rate_deg_s", default=0.0, doc="inertial rate of the target in its frame at t = 0")
     port_m: Quantity = vector("m", default=0.0, doc="docking point in the target's frame")
     inertia_kgm2: Inertia = part(default={"principal": [500, 550, 600]}, doc="inertia of the target")
@@ -128,10 +132,14 @@ class Pursuer(Model):
 
 
 class Start(Model):
-    """Relative motion at t = 0, in the pursuer's frame."""
+    """Relative motion at t = 0, in the pursuer's frame. omega_deg_s instead of omega_rad_s gives degrees per second."""
+
+    OTHER_UNITS: ClassVar[Mapping[str, str]] = {"omega_deg_s": "omega_rad_s"}
 
     rho_m: Quantity = vector("m", doc="position of the pursuer relative to the docking point")
-    sigma: Quantity = vector("1", default=0.0, norm_at_most=1.0, doc="MRP of the pursuer relative to the target")
+    sigma: Quantity = attitude(
+        default=0.0, doc="attitude of the pursuer relative to the target: MRP, quaternion or yaw_pitch_roll_deg"
+    )
     nu_m_s: Quantity = vector("m/s", default=0.0, doc="relative velocity")
     omega_rad_s: Quantity = vector("rad/s", default=0.0, doc="relative angular velocity")
 

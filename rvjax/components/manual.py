@@ -38,6 +38,9 @@ CHAPTERS = {
     "noise": "physics.noise",
     "margins": "simulation.temporal_margins",
     "signals": "simulation.signals",
+    "attitude": "campaign.attitudes",
+    "inertia": "campaign.inertia",
+    "csv": "campaign.csv_text",
 }
 """Name of a page → the module whose docstring it shows. These modules hold equations and belong to no family."""
 
