@@ -22,6 +22,7 @@ from rvjax.campaign import Spec
 from rvjax.columns import CHANNELS, draw_column, drawn_columns, metric_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import FolderError, IncompleteError
+from rvjax.report import fault_severity
 from rvjax.report.blocks import Number
 from rvjax.report.number_format import count
 from rvjax.run_folder import BASELINES, Account, Audited, Column, RunFolder
@@ -116,17 +117,8 @@ class Run:
         return Number(f"{name}.share", self.design.share(successes, self.flown, CONFIDENCE), percent=True)
 
     def severity(self, channel: str) -> NDArray[np.float64] | None:
-        """(n,) 1 − ∏ remaining effectiveness of a channel over its faults, of the first samples; None without such draws.
-
-        A fault whose onset lies after the end of the flight does not count.
-        """
-        remaining = [self._remaining(path) for path in self.draws(rf"faults\..*\.remaining\.{channel}")]
-        return 1 - np.prod(remaining, axis=0) if remaining else None
-
-    def _remaining(self, path: str) -> NDArray[np.float64]:
-        onset = path.replace(".remaining.", ".onset_s.")
-        late = self.draw_of_head(onset) >= self.spec.horizon.duration_s if self.draws(re.escape(onset)) else False
-        return np.where(late, 1.0, self.draw_of_head(path))
+        """(n,) fault severity of a channel in the first samples; None if no fault takes effectiveness from it."""
+        return fault_severity.severity(self.spec, self.head, channel)
 
     def limits(self, channel: str) -> tuple[float, float]:
         """(−lower, upper) nominal limit of a channel in N or N·m; the middle of the range if the limit is drawn."""

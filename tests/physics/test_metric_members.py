@@ -83,3 +83,43 @@ def test_lanes_know_nothing_of_each_other(name: str) -> None:
     turned = jax.vmap(lambda *own: folded(name, *own))(*flights.lane(scene(), order))
     for key, x in values.items():
         np.testing.assert_array_equal(np.asarray(x)[order], turned[key], err_msg=key)
+
+
+@pytest.mark.parametrize("kind", [jnp.float32, jnp.float64])
+@pytest.mark.parametrize(("duration", "h"), [(300.0, 0.05), (300.0, 0.1), (20.0, 0.05), (7.7, 0.1)])
+def test_no_time_is_longer_than_the_flight(kind: Any, duration: float, h: float) -> None:
+    """A flight that is outside the cone and saturated all the time, and that settles with its last step.
+
+    Kills: a sum of weights that exceeds the duration by its rounding error: 300.00000000003394 s of 300 s, a share above 1.
+    """
+    step, context = jax.tree.map(lambda x: jnp.asarray(x, kind)[0], scene())
+    steps = round(duration / h)
+    step = step._replace(
+        commanded=step.plant.upper, motion=step.motion._replace(rho=step.motion.rho + step.plant.port * (1e3 + 0 * step.t))
+    )
+    numbers = {"duration_s": duration, "step_s": h, "cone": 2.0}
+    context = context._replace(**{key: jnp.asarray(value, kind) for key, value in numbers.items()})
+
+    def values(name: str) -> dict[str, float]:
+        metric = component("metrics", name)
+
+        def update(k: Any, acc: Any) -> Any:
+            weight = context.step_s * jnp.where((k == 0) | (k == steps), 0.5, 1.0).astype(kind)
+            settled = jnp.where(k == steps, 0.0, 1.0).astype(kind)
+            motion = step.motion if name != "tubes" else step.motion._replace(rho=step.motion.rho * settled)
+            motion = motion if name != "tubes" else motion._replace(sigma=step.motion.sigma * settled)
+            return metric.update(acc, step._replace(t=k.astype(kind) * context.step_s, motion=motion), weight, context)
+
+        acc = jax.lax.fori_loop(0, steps + 1, update, metric.start(context))
+        return {key: float(value) for key, value in metric.finish(acc, context).items()}
+
+    most = float(jnp.asarray(duration, kind))
+    near = pytest.approx(most, rel=1e-4 if kind is jnp.float32 else 1e-12)
+    times = {**values("approach"), **values("saturation"), **values("tubes")}
+    for name in ("corridor_violation_s", "longest_saturated_s.any", "longest_saturated_s.tz", "settling_time_s"):
+        assert times[name] == near
+        assert times[name] <= most
+    assert times["attitude_settling_time_s"] <= most
+    for name in ("saturation_duty.any", "saturation_duty.fx"):
+        assert times[name] == pytest.approx(1.0, rel=1e-4)
+        assert times[name] <= 1.0

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -14,13 +15,15 @@ import pandas as pd
 import pytest
 
 from rvjax.analysis.run_totals import HEAD, Totals, worst_first
+from rvjax.campaign import Requirement, Spec, load
 from rvjax.report.blocks import Code, Drawing, Number, Section, Table
 from rvjax.report.metric_tables import quantiles
 from rvjax.report.plotting import STYLE
 from rvjax.report.run_view import OVERLAID, Run, open_run
-from rvjax.report.sections import adaptation, captured, saturation, worst
+from rvjax.report.sections import adaptation, captured, saturation, settling, verdicts, worst
 from rvjax.report.sections import sections as all_sections
 from rvjax.run_folder import Column, RunFolder
+from tests.report.conftest import CAMPAIGN, CHANNELS
 
 
 @pytest.fixture(scope="module")
@@ -71,16 +74,101 @@ def test_only_the_worst_flights_are_read(made: Callable[..., Path], tmp_path: Pa
     assert list(open_run(path).traces) == read == order[:OVERLAID]
 
 
-def test_severity_is_what_the_faults_have_taken_by_the_end(run: Run) -> None:
-    """Mutations killed: a sum instead of a product over faults, and a fault after the end of the flight that counts."""
-    second = run.head.copy()
-    second["draw.faults.late.remaining.fx"] = 0.5
-    second["draw.faults.late.onset_s.fx"] = np.where(second["sample"] < 100, 10.0, 300.0)
-    severity = _with(run, second).severity("fx")
-    first = run.head["draw.faults.effectiveness.remaining.fx"].to_numpy()
-    assert severity is not None
-    assert severity == pytest.approx(1 - first * np.where(np.arange(200) < 100, 0.5, 1.0))
-    assert _with(run, run.head.drop(columns=run.head.filter(like="remaining").columns)).severity("fx") is None
+FAULTS = """[
+  {use: effectiveness, onset_s: {uniform: [0, 400]}, remaining: {uniform: [0.2, 1]}, schedule: {probability: 0.6}},
+  {use: effectiveness, name: fixed, channels: [fx, tz], onset_s: 250, remaining: 0.75, duration_s: {uniform: [10, 100]}},
+  {use: effectiveness, name: late, onset_s: {uniform: [290, 310]}, remaining: 0.9, period_s: 7, duty: 0.5},
+  {use: incipient, onset_s: {uniform: [0, 400]}, loss: {uniform: [0.1, 0.9]}, growth: 0.001, channels: [fx, fy]},
+  {use: float, channels: [fx, ty], onset_s: {uniform: [0, 300]}, duration_s: {uniform: [2, 200]}},
+  {use: stuck, channels: [fz], onset_s: {uniform: [200, 400]}, share: 0.3},
+  {use: bias, onset_s: 0, share: 0.05}, {use: drift, onset_s: 0, growth: 0.001},
+  {use: lag, onset_s: 0, time_constant_s: 1}, {use: delay, onset_s: 0, steps: 3}]"""
+
+
+def test_severity_is_what_the_faults_have_taken_by_the_end(run: Run, tmp_path: Path) -> None:
+    """1 − ∂u/∂h of the output at the end of each flight, sample by sample, from the equations of the faults.
+
+    Kills: a sum instead of a product, a fault that begins after the end or has ended before it, a family that is left out
+    (incipient, float, stuck), a fixed number that is left out because it is not drawn, channels that do not fail.
+    """
+    rng, n, end = np.random.default_rng(7), 400, 300.0
+    campaign = tmp_path / "campaign.yaml"
+    text = CAMPAIGN.format(name="x", description="x", samples=n, require="[]")
+    campaign.write_text("\n".join(f"faults: {FAULTS}" if line.startswith("faults:") else line for line in text.splitlines()))
+    spec = load(campaign)
+    frame = {"sample": np.arange(n)}
+    for path, low, high, channels in (
+        ("effectiveness.onset_s", 0, 400, CHANNELS),
+        ("effectiveness.remaining", 0.2, 1, CHANNELS),
+        ("fixed.duration_s", 10, 100, ("fx", "tz")),
+        ("late.onset_s", 290, 310, CHANNELS),
+        ("incipient.onset_s", 0, 400, ("fx", "fy")),
+        ("incipient.loss", 0.1, 0.9, ("fx", "fy")),
+        ("float.onset_s", 0, 300, ("fx", "ty")),
+        ("float.duration_s", 2, 200, ("fx", "ty")),
+        ("stuck.onset_s", 200, 400, ("fz",)),
+    ):
+        for channel in channels:
+            frame[f"draw.faults.{path}.{channel}"] = rng.uniform(low, high, n)
+    for channel in CHANNELS:
+        onset = frame[f"draw.faults.effectiveness.onset_s.{channel}"]
+        frame[f"draw.faults.effectiveness.onset_s.{channel}"] = np.where(rng.uniform(size=n) < 0.6, onset, np.inf)
+    head = pd.DataFrame(frame)
+
+    def output(h: float, k: int, channel: str) -> float:
+        def drawn(path: str) -> float:
+            return float(frame[f"draw.faults.{path}.{channel}"][k])
+
+        u = h
+        if drawn("effectiveness.onset_s") < end:
+            u = drawn("effectiveness.remaining") * u
+        if channel in ("fx", "tz") and 250 + drawn("fixed.duration_s") >= end:
+            u = 0.75 * u
+        if drawn("late.onset_s") < end:
+            u = 0.9 * u
+        if channel in ("fx", "fy") and drawn("incipient.onset_s") < end:
+            u = (1.0 - drawn("incipient.loss")) * u
+        if channel in ("fx", "ty") and drawn("float.onset_s") + drawn("float.duration_s") >= end:
+            u = 0.0
+        if channel == "fz" and drawn("stuck.onset_s") < end:
+            u = 0.3 * 4.0
+        return u + 0.05 + min(0.001 * end, 1.0)
+
+    changed = replace(run, spec=spec, head=head)
+    for channel in CHANNELS:
+        expected = [1.0 - (output(1.0, k, channel) - output(0.0, k, channel)) for k in range(n)]
+        severity = changed.severity(channel)
+        assert severity is not None
+        assert severity == pytest.approx(expected, abs=1e-12)
+    healthy = replace(run, spec=replace_faults(spec, ("bias", "drift", "lag", "delay")), head=head)
+    assert healthy.severity("fx") is None
+    assert replace(run, spec=replace_faults(spec, ("stuck",)), head=head).severity("fx") is None
+
+
+def replace_faults(spec: Spec, uses: tuple[str, ...]) -> Spec:
+    """The campaign with the faults of some kinds only."""
+    return spec.model_copy(update={"faults": tuple(fault for fault in spec.faults if fault.use in uses)})
+
+
+def requirement(**given: Any) -> Requirement:
+    return Requirement(metric="settling_time_s", **given)
+
+
+def test_captions_say_how_each_requirement_is_judged() -> None:
+    """Kills: bounds of a fixed number claimed of an e-process, of SPRT or of a mean; 0 % at a limit of at_most or of a mean."""
+    kinds = {
+        "lower confidence bound": {"below": 9, "at_least": 0.9},
+        "Method sequential": {"below": 9, "at_least": 0.9, "method": "sequential"},
+        "Method sprt": {"below": 9, "at_least": 0.9, "method": "sprt", "expected": 0.99},
+        "Mean:": {"below": 9, "mean": True},
+    }
+    for words, given in kinds.items():
+        caption = verdicts._caption([requirement(**given)])
+        assert [word for word in kinds if word in caption] == [words]
+    assert settling._much(requirement(above=9, at_most=0.01)) == "at most 1\u00a0%"
+    assert settling._much(requirement(below=9, mean=True)) == "mean"
+    assert settling._much(requirement(above=9, quantile=0.9)) == "90\u00a0% quantile"
+    assert settling._much(requirement(below=9, at_least=0.95)) == "at least 95\u00a0%"
 
 
 def _with(run: Run, frame: pd.DataFrame) -> Run:

@@ -43,6 +43,7 @@ def finish(acc: Tubes, context: MetricContext) -> Mapping[str, Scalar]:
 
     def settled(last: Scalar) -> Scalar:
         after = jnp.maximum(last + context.step_s, 0.0)
+        after = jnp.minimum(after, context.duration_s)  # where the sum exceeds the duration by its rounding error
         return jnp.where(last > context.duration_s - 0.5 * context.step_s, jnp.inf, after)
 
     position, attitude = settled(acc.position), settled(acc.attitude)

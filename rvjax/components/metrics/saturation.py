@@ -48,11 +48,12 @@ def update(acc: Saturated, step: Step, weight: Scalar, context: MetricContext) -
 
 
 def finish(acc: Saturated, context: MetricContext) -> Mapping[str, Scalar]:
-    """Each per channel and, as `.any`, of the worst channel."""
+    """Each per channel and, as `.any`, of the worst channel. Rounding errors of the sums do not lead beyond the flight."""
     values: dict[str, Scalar] = {}
+    duration = context.duration_s
     for name, channels in (
-        ("saturation_duty", acc.time / context.duration_s),
-        ("longest_saturated_s", acc.longest),
+        ("saturation_duty", each(lambda time: jnp.minimum(time, duration) / duration, acc.time)),
+        ("longest_saturated_s", each(lambda time: jnp.minimum(time, duration), acc.longest)),
         ("saturation_depth", acc.depth),
     ):
         values |= {f"{name}.{channel}": part for channel, part in zip(CHANNELS, channels.parts(), strict=True)}

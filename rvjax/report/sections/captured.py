@@ -32,7 +32,10 @@ def section(run: Run) -> Section:
         {outcome: (_MEANING[outcome], counts[outcome]) for outcome in OUTCOMES},
     )
     total = " + ".join(f"{count(value)} {name.replace('_', ' ')}" for name, value in counts.items())
-    accounting = f"Account: {total} = {count(account.requested)} requested. Every flown sample counts in every number below."
+    accounting = (
+        f"Account: {total} = {count(account.requested)} requested. "
+        "Every flown sample counts in every number below, unless a caption names fewer."
+    )
     lead = f"{spoken(captured)} of the flown samples are captured."
     return Section("captured", "Captured share and outcomes", lead, (_bar(counts), table, accounting, *_ends(run)))
 

@@ -34,7 +34,7 @@ def _column(run: Run, path: str) -> Column:
 def _table(run: Run, kind: str, paths: list[str]) -> Table:
     caption = (
         f"{capital(kind)} draws ({_MEANING[kind]}). Distributions are in the unit of the draw. Smallest and largest values are "
-        f"those of all samples, medians those{_of(run)}."
+        f"the finite ones of all samples (an onset is infinite where a fault does not occur), medians those{_of(run)}."
     )
     return Table(caption, _HEAD, tuple(_row(run, path) for path in paths))
 

@@ -43,8 +43,9 @@ def section(run: Run) -> Section:
         f" Intervals: {percent(CONFIDENCE)} simultaneous confidence for all {len(drawn) * len(results)} pairs (Bonferroni, with "
         "the approximation of Bonett and Wright)."
     )
+    shown = f"The {_SHOWN} strongest. " if len(clear) > _SHOWN else ""
     caption = (
-        "Spearman rank correlation: +1 if the result always rises with the draw, −1 if it always falls."
+        f"{shown}Spearman rank correlation: +1 if the result always rises with the draw, −1 if it always falls."
         f"{run.design.words(intervals)} Correlation does not prove a cause, and it misses effects that are not monotonic."
         f"{run.head_note}"
     )
@@ -52,8 +53,9 @@ def section(run: Run) -> Section:
     rows = tuple(
         (path, *(Number(f"correlation.{name}.{path}", correlations[name][path]) for name in results)) for path in leading
     )
+    verb = "correlates" if len(clear) == 1 else "correlate"
     lead = (
-        f"{len(clear)} of {len(drawn)} draws{run.design.words(' clearly')} correlate with the "
+        f"{len(clear)} of {len(drawn)} draws{run.design.words(' clearly')} {verb} with the "
         f"{' or the '.join(map(label, results))}; {leading[0]} has the strongest correlation."
     )
     return Section("drivers", title, lead, (_figure(run, correlations, leading), Table(caption, head, rows)))

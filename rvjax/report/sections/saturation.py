@@ -19,9 +19,10 @@ from rvjax.stats.sampling_design import Observed
 
 _BINS = 5
 _DOTS = 300  # samples drawn as dots
-_DUTY = "Saturation duty: share of the flight in which a channel commands at least 99 % of its limit."
+_DUTY = "Saturation duty: share of the flight in which the clipped command |h(v)| is at least 99 % of its limit."
 _LONGEST = "Longest uninterrupted time in saturation."
-_DEPTH = "Saturation depth: largest command before clipping, as a multiple of the limit."
+_DEPTH = "Saturation depth: largest command |v| before clipping, as a multiple of the limit on its side."
+_NO_SEVERITY = "No fault of this campaign takes effectiveness from a channel, so there is no fault severity."
 _SHOWN = {"saturation_duty": ("saturation duty", "%", 100.0), "saturation_depth": ("saturation depth", "1", 1.0)}
 
 
@@ -32,14 +33,14 @@ def section(run: Run) -> Section:
         return Section("saturation", title, "The samples table has no saturation metrics.")
     saturated = run.metric("saturation_duty.any").positive
     share = spoken(run.share("saturation_duty.any.ever", saturated))
-    lead = f"{share} of the samples saturate a channel at some time (|command| ≥ 99 % of its limit)."
+    lead = f"{share} of the samples saturate a channel at some time (clipped command |h(v)| ≥ 99 % of its limit)."
     stem = "saturation_duty" if saturated else "saturation_depth"
     tables = [quantiles(run, _DEPTH, run.metrics(r"saturation_depth\..*"))]
     if saturated:
         duty, longest = run.metrics(r"saturation_duty\..*"), run.metrics(r"longest_saturated_s\..*")
         tables = [quantiles(run, _DUTY, duty), quantiles(run, _LONGEST, longest), *tables]
     severe = {name: severity for name in CHANNELS if (severity := run.severity(name)) is not None and severity.size}
-    faults = _against_severity(run, severe, stem) if severe else ("No fault of this campaign draws a loss of effectiveness.",)
+    faults = _against_severity(run, severe, stem) if severe else (_NO_SEVERITY,)
     return Section("saturation", title, lead, (_spread_figure(run, stem), *tables, *faults))
 
 
@@ -88,7 +89,7 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
         plotting.intervals(axis, centres, median, plotting.BLUE, "median", scale)
         plotting.intervals(axis, centres, most, plotting.RED, "95 % quantile", scale)
         axis.set_title(capital(channel(name)))
-        axis.set_xlabel("fault severity, 1 − remaining")
+        axis.set_xlabel("fault severity")
         axis.set_ylabel(axis_label(words, unit))
         axis.set_ylim(bottom=0)
         axis.label_outer()
@@ -99,8 +100,10 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
     bars = f" with {percent(CONFIDENCE)} confidence intervals"
     dots = len(range(0, len(run.head), every))
     drawn = (
-        f"{capital(words)} over fault severity, the share of its effectiveness that a channel has lost. If several faults act on "
-        f"a channel, their remaining shares multiply. Quantiles per bin of severity{run.design.words(bars)}. Dots: {count(dots)} "
+        f"{capital(words)} over fault severity, the share of its effectiveness that a channel has lost by the end of the flight. "
+        "Remaining shares of several faults multiply: effectiveness, incipient (its final loss), float and stuck (none remains). "
+        "Faults that end before the flight do not count; intermittent ones count as while they act. "
+        f"Quantiles per bin of severity{run.design.words(bars)}. Dots: {count(dots)} "
         f"of the samples. Infinite quantiles are not drawn.{run.head_note}"
     )
     head = ("channel", *(f"severity {low:.2f} – {high:.2f}" for low, high in pairwise(edges)))

@@ -6,6 +6,7 @@ import math
 
 from matplotlib.axes import Axes
 
+from rvjax.campaign import Requirement
 from rvjax.report import plotting
 from rvjax.report.blocks import Drawing, Section
 from rvjax.report.metric_tables import quantiles, shares
@@ -15,6 +16,7 @@ from rvjax.report.run_view import CONFIDENCE, Run
 _TIMES = "settling_time_s|attitude_settling_time_s|fault_recovery_s"
 _ERRORS = "(final|window)_.*error.*"
 _PERIODS = {"final": "at the end", "window": "largest over the closing window"}
+_TIMES_CAPTION = "Settling times from the start of the flight; fault recovery from the last fault onset."
 _COLOURS = (plotting.BLUE, plotting.RED, plotting.GREEN)
 
 
@@ -27,7 +29,7 @@ def section(run: Run) -> Section:
     never = {f"{name}.never": (f"{label(name)}: never within the horizon", _never(run, name)) for name in times}
     body = (
         _time_figure(run, times),
-        quantiles(run, "Times from the start of the flight.", times),
+        quantiles(run, _TIMES_CAPTION, times),
         shares(run, "Samples that never settle (in the figure: the gap between the curve and 1).", never),
         _error_figure(run, errors),
         quantiles(run, "Errors at the end of the flight, and the largest errors over the closing window.", errors),
@@ -92,9 +94,19 @@ def _required(axis: Axes, run: Run, name: str, colour: str) -> None:
         requirement = verdict.requirement
         bound = requirement.bound
         if requirement.metric == name and bound is not None:
-            share = requirement.at_least if requirement.at_least is not None else requirement.quantile
-            text = f"required: {percent(share or 0.0)} {bound.side} {setting(bound.value)}"
+            text = f"required: {_much(requirement)} {bound.side} {setting(bound.value)}"
             plotting.limit(axis, bound.value, text, colour)
+
+
+def _much(requirement: Requirement) -> str:
+    """How much of the distribution a requirement is on: at least 95 %, at most 1 %, 0.9 quantile, mean."""
+    if requirement.mean:
+        return "mean"
+    if requirement.quantile is not None:
+        return f"{percent(requirement.quantile)} quantile"
+    return (
+        f"at most {percent(requirement.at_most)}" if requirement.at_most is not None else f"at least {percent(requirement.limit)}"
+    )
 
 
 def _band(run: Run) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from collections.abc import Sequence
 
 from rvjax.analysis.verdicts import Verdict
 from rvjax.campaign import Requirement
@@ -24,13 +25,27 @@ def section(run: Run) -> Section:
         return Section("verdicts", title, f"{capital(reason)}{_plan_note(run)}.")
     words = Counter(verdict.verdict for verdict in run.verdicts)
     counts = ", ".join(f"{words[word]} {word}" for word in _ORDER if words[word])
-    caption = (
-        "PASS: the lower confidence bound of the compliant share reaches the required share. FAIL: the upper bound lies below "
-        "it. UNDECIDED: neither, more samples are needed. Each bound is one-sided at the requirement's confidence."
-    )
+    caption = _caption([verdict.requirement for verdict in run.verdicts])
     rows = tuple(_row(run, verdict, index) for index, verdict in enumerate(run.verdicts))
     plural = "s" if len(run.verdicts) > 1 else ""
     return Section("verdicts", title, f"{len(run.verdicts)} requirement{plural}: {counts}.", (Table(caption, _HEAD, rows),))
+
+
+def _caption(requirements: Sequence[Requirement]) -> str:
+    """What the verdicts mean, for the methods that the campaign uses."""
+    methods = {requirement.method for requirement in requirements if not requirement.mean}
+    texts = {
+        "fixed": "PASS: the lower confidence bound of the compliant share reaches the required share. FAIL: the upper bound lies "
+        "below it.",
+        "sequential": "Method sequential: PASS and FAIL as soon as the evidence for them reaches its decision level.",
+        "sprt": "Method sprt: PASS as soon as the evidence for the expected share against the required share reaches its level; "
+        "FAIL as soon as that against the expected share does.",
+    }
+    parts = [text for method, text in texts.items() if method in methods]
+    if any(requirement.mean for requirement in requirements):
+        parts.append("Mean: PASS if its confidence interval lies on the required side of the bound, FAIL if on the other side.")
+    one_sided = "UNDECIDED: neither; more samples are needed. Each bound is one-sided at the requirement's confidence."
+    return " ".join([*parts, one_sided])
 
 
 def _plan_note(run: Run) -> str:

@@ -28,10 +28,11 @@ def section(search: Searched) -> Section:
     """The first objective of every candidate in order, and the best value so far."""
     figure, (axis,) = plotting.axes(1, 1, 2.8)
     rows = [row for row in search.rows if row.candidate and row.objectives]
+    complete = [row for row in rows if not row.left]
     groups = (
-        ("eliminated in a race", [row for row in rows if row.left], plotting.SKY, 10, 0.55),
-        ("violates a requirement", [row for row in rows if not row.left and row.violation > 0], plotting.ORANGE, 22, 0.9),
-        ("flew all samples", [row for row in rows if not row.left and row.violation == 0], plotting.BLUE, 26, 1.0),
+        ("did not fly all samples", [row for row in rows if row.left], plotting.SKY, 10, 0.55),
+        ("flew all, violates a requirement", [row for row in complete if row.violation > 0], plotting.ORANGE, 22, 0.9),
+        ("flew all, meets the requirements", [row for row in complete if row.violation == 0], plotting.BLUE, 26, 1.0),
     )
     for name, members, colour, size, alpha in groups:
         points = [(row.candidate, plotted(search, 0, row.objectives[0])) for row in members if math.isfinite(row.objectives[0])]
@@ -58,7 +59,7 @@ def section(search: Searched) -> Section:
     lost = sum(1 for row in rows if not math.isfinite(row.objectives[0]))
     infinite = f" Not drawn: {count(lost)} candidates without a finite value." if lost else ""
     caption = (
-        "Each value is over the samples that the candidate has flown. Eliminated candidates flew few samples, so their values "
+        "Each value is over the samples that the candidate has flown. With few samples, as of eliminated candidates, values "
         f"scatter.{rule}{infinite}"
     )
     return Section("course", "Progress of the search", _lead(search), (Drawing("tuning-course", caption, figure),))

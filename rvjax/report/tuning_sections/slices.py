@@ -50,7 +50,7 @@ def _slices(search: Searched, rows: list[Row], free: Free) -> Drawing:
     finished = np.array([not row.left for row in rows])
     for axis, (_, parameter) in zip(panels, free, strict=False):
         x = _positions(parameter.name, parameter.scale, rows, search)
-        axis.scatter(x[~finished], y[~finished], s=9, color=plotting.SKY, alpha=0.6, lw=0, label="eliminated in a race")
+        axis.scatter(x[~finished], y[~finished], s=9, color=plotting.SKY, alpha=0.6, lw=0, label="did not fly all samples")
         axis.scatter(x[finished], y[finished], s=20, color=plotting.BLUE, lw=0, label="flew all samples")
         if search.best:
             best = search.row[search.best]
@@ -75,7 +75,7 @@ def _slices(search: Searched, rows: list[Row], free: Free) -> Drawing:
     panels[0].set_ylabel(label(search, 0))
     plotting.legend(panels[0], fontsize=7)
     where = "above" if best_low else "below"
-    caption = f"The first objective over each parameter. The worst tenth of the candidates lies {where} the panels."
+    caption = f"The first objective over each parameter. Some of the worst tenth of the candidates lie {where} the panels."
     return Drawing("tuning-slices", caption, figure)
 
 

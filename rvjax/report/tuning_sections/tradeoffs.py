@@ -25,9 +25,9 @@ def section(search: Searched) -> Section | None:
         return None
     pairs = list(combinations(range(count), 2))[:MOST_PAIRS]
     figure, panels = plotting.axes(1, len(pairs), 3.2)
-    finished = [row for row in search.rows if not row.left and row.objectives]
-    least = min(row.violation for row in finished)
-    finished = [row for row in finished if row.violation == least]
+    complete = [row for row in search.rows if not row.left and row.objectives]
+    least = min(row.violation for row in complete)
+    finished = [row for row in complete if row.violation == least]
     front = set(search.front) or _front(search, finished)
     for axis, (i, j) in zip(panels, pairs, strict=True):
         for rows, colour, size, name in (
@@ -52,7 +52,8 @@ def section(search: Searched) -> Section | None:
     caption = f"Pareto front of the candidates that flew all samples{limit}, on the draws of the search."
     body = (Drawing("tuning-trade-offs", FIGURE, figure), Table(caption, head, rows))
     violation = "" if not least else f"; each violates the requirements by {least:.3g} in total"
-    lead = f"{len(front)} of {len(finished)} candidates that flew all samples are Pareto-optimal{violation}."
+    least_words = " and violate the requirements least" if any(row.violation > least for row in complete) else ""
+    lead = f"{len(front)} of {len(finished)} candidates that flew all samples{least_words} are Pareto-optimal{violation}."
     return Section("trade-offs", "Trade-offs between objectives", lead, body)
 
 
