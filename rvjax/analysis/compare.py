@@ -4,15 +4,15 @@ Of n pairs of samples, b succeed with A alone and c with B alone; only these sho
 
     difference      d = P(B succeeds) - P(A succeeds), observed (c - b) / n
     better, worse   McNemar's exact test of b against c, p adjusted by Holm over all comparisons, <= 1 - confidence
-    PASS            with a margin: "d <= -margin" is rejected (Tango's score test, one-sided)
+    PASS            with a margin: "d <= -margin" is rejected (exact unconditional test with Tango's score, one-sided)
     FAIL            with a margin: "d >= -margin" is rejected (the same test, p adjusted by Holm)
     PASS, FAIL      without a margin: better, worse
 
 and UNDECIDED otherwise. The change passes only if all comparisons pass, so PASS needs no correction for their number; FAIL does,
-because any of several can fail. McNemar's test is exact. The score test is approximate; if no sample succeeds with B alone, PASS
-also needs the exact bound P(only A succeeds) <= margin, and FAIL the exact bound >= margin. So a pair of runs without a
-difference passes from the number of samples that an all-success verdict needs. A sample that is not finite is a failure, and has
-the worst value of every metric.
+because any of several can fail. Both tests are exact: they err with at most the stated probability, whatever the shares are. The
+intervals of d are approximate. At 95 % confidence a pair of runs without a difference passes from the number of samples that an
+all-success verdict needs (59, 299 and 2,995 at margins of 5, 1 and 0.1 %). A sample that is not finite is a failure, and has the
+worst value of every metric.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax import stats
 from rvjax.analysis import comparison_sentences as sentences
@@ -261,12 +260,12 @@ def _changes(names: Sequence[str], paired: Paired, margin: float, confidence: fl
 def _change(
     name: str, pairs: Pairs, margin: float, confidence: float, *, p_exact: float, p_holm: float, p_worse: float
 ) -> Change:
-    swapped = _swapped(pairs)
+    swapped, p_not_worse = _swapped(pairs), _p_not_worse(pairs, margin) if margin else 1.0
     word: Word = "no difference shown"
     if p_holm <= 1 - confidence:
         word = "better" if pairs.only_b > pairs.only_a else "worse"
     if margin:
-        verdict = "PASS" if _not_worse(pairs, margin, confidence) else "FAIL" if p_worse <= 1 - confidence else "UNDECIDED"
+        verdict = "PASS" if p_not_worse <= 1 - confidence else "FAIL" if p_worse <= 1 - confidence else "UNDECIDED"
     else:
         verdict = {"better": "PASS", "worse": "FAIL"}.get(word, "UNDECIDED")
     score = stats.tango(swapped, 2 * confidence - 1)
@@ -283,7 +282,7 @@ def _change(
         p_mid=float(stats.mcnemar(pairs.only_a, pairs.only_b, mid=True)),
         p_holm=p_holm,
         log_e=float(stats.log_e_paired(pairs.only_a, pairs.only_b)),
-        p_not_worse=_p_not_worse(pairs, margin) if margin else None,
+        p_not_worse=p_not_worse if margin else None,
         p_worse=p_worse if margin else None,
         word=word,
         verdict=verdict,  # pyright: ignore[reportArgumentType]
@@ -299,37 +298,31 @@ def _swapped(pairs: Pairs) -> Pairs:
 
 
 def _p_not_worse(pairs: Pairs, margin: float) -> float:
-    """p-value of "P(B succeeds) <= P(A succeeds) - margin"."""
-    return stats.noninferiority(_swapped(pairs), margin)
+    """Exact p-value of "P(B succeeds) <= P(A succeeds) - margin"."""
+    return stats.noninferiority_exact(_swapped(pairs), margin)
 
 
 def _p_worse(pairs: Pairs, margin: float) -> float:
-    """p-value of "P(B succeeds) > P(A succeeds) - margin".
-
-    If no sample succeeds with B alone, it is at least the exact p-value of "P(only A succeeds) <= margin", P(X >= only A) with
-    X ~ Bin(n, margin).
-    """
-    p = 1.0 - _p_not_worse(pairs, margin)
-    if pairs.only_b or not pairs.only_a:
-        return p
-    return max(p, float(special.betainc(pairs.only_a, pairs.n - pairs.only_a + 1, margin)))
+    """Exact p-value of "P(B succeeds) > P(A succeeds) - margin"."""
+    return stats.inferiority_exact(_swapped(pairs), margin)
 
 
-def _not_worse(pairs: Pairs, margin: float, confidence: float) -> bool:
-    """Whether the samples show that B is not worse by more than the margin."""
-    if not pairs.only_b and stats.clopper_pearson_upper(pairs.only_a, pairs.n, confidence) > margin:
-        return False
-    return _p_not_worse(pairs, margin) <= 1 - confidence
+def _decides_roughly(pairs: Pairs, margin: float, risk: float) -> bool:
+    """Whether the samples would decide, by the score test; if no sample succeeds with B alone, by the bound of P(only A)."""
+    if not margin:
+        return float(stats.mcnemar(pairs.only_a, pairs.only_b)) <= risk
+    p = stats.noninferiority(_swapped(pairs), margin)
+    if pairs.only_b:
+        return min(p, 1.0 - p) <= risk
+    within = stats.clopper_pearson_upper(pairs.only_a, pairs.n, 1.0 - risk) <= margin
+    return within or (1.0 - p <= risk and stats.clopper_pearson_lower(pairs.only_a, pairs.n, 1.0 - risk) >= margin)
 
 
 def _more(pairs: Pairs, margin: float, confidence: float) -> int | None:
     """Roughly how many further samples would decide if all shares stayed the same; None above `MANY`."""
 
     def decided(n: int) -> bool:
-        grown = Pairs(*(round(cell * n / pairs.n) for cell in pairs))
-        if not margin:
-            return float(stats.mcnemar(grown.only_a, grown.only_b)) <= 1 - confidence
-        return _not_worse(grown, margin, confidence) or _p_worse(grown, margin) <= 1 - confidence
+        return _decides_roughly(Pairs(*(round(cell * n / pairs.n) for cell in pairs)), margin, 1 - confidence)
 
     low, high = pairs.n, 2 * pairs.n
     while not decided(high):

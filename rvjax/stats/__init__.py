@@ -37,6 +37,7 @@ from rvjax.stats.means import (
 )
 from rvjax.stats.multiplicity import holm
 from rvjax.stats.paired import Pairs, log_e_paired, mcnemar, newcombe, noninferiority, pairs_of, tango
+from rvjax.stats.paired_exact import inferiority_exact, noninferiority_exact
 from rvjax.stats.quantile_shifts import quantile_shift
 from rvjax.stats.quantiles import (
     Interval,
@@ -75,6 +76,7 @@ __all__ = [
     "explained",
     "fixed_boundary",
     "holm",
+    "inferiority_exact",
     "jeffreys",
     "log_e_fail",
     "log_e_paired",
@@ -85,6 +87,7 @@ __all__ = [
     "mean_interval",
     "newcombe",
     "noninferiority",
+    "noninferiority_exact",
     "pairs_of",
     "quantile_interval",
     "quantile_rank",

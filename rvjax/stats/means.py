@@ -123,8 +123,10 @@ def bootstrap_interval(
 def mean_interval(values: ArrayLike, confidence: float = 0.95) -> Estimate:
     """The mean with its BCa bootstrap interval: approximate, never for a verdict.
 
-    The resampling generator is fixed, so the same values always give the same interval. A value that is not finite
-    makes the mean infinite; fewer than two values have the interval (-inf, inf).
+    On skewed values the bound on the side of the long tail errs several times as often as stated: for 20 values of a log-normal
+    law with σ = 1 in 13 % of cases, where 2.5 % are meant (`tests/stats/test_means.py`). The resampling generator is fixed, so
+    the same values always give the same interval. A value that is not finite makes the mean infinite; fewer than two values have
+    the interval (-inf, inf).
     """
     return bootstrap_interval(values, np.mean, confidence, rng=np.random.Generator(np.random.Philox(key=0)))
 

@@ -152,6 +152,20 @@ MUTANTS = (
         "stats/test_paired.py::test_noninferiority_is_the_lower_end_of_tangos_interval",
     ),
     Mutant(
+        "the supremum at no nuisance share",
+        "stats/paired_exact.py",
+        "best = float(values.max())",
+        "return float(values[0])",
+        "stats/test_paired_exact.py::test_p_is_the_supremum_over_the_nuisance_share",
+    ),
+    Mutant(
+        "the observed table not among the extreme",
+        "stats/paired_exact.py",
+        "z >= seen - tolerance",
+        "z > seen + tolerance",
+        "stats/test_paired_exact.py::test_p_is_the_supremum_over_the_nuisance_share",
+    ),
+    Mutant(
         "evidence without the pairs for B",
         PAIRED,
         "(b + c) * math.log(2)",

@@ -64,7 +64,7 @@ def of_mean(requirement: Requirement, bound: Bound, mean: Estimate, unit: str, *
     low, high = number(mean.low, unit, ROUND_FLOOR), number(mean.high, unit, ROUND_CEILING)
     confidence = f"with {chosen(mean.confidence)} % confidence"
     if requirement.range is None:
-        confidence += " (approximate: its range is not stated)"
+        confidence += " (approximate, since its range is not stated: on skewed values a bound errs several times as often)"
     text = (
         f"{_start(requirement)}mean of {_metric(requirement)} over {mean.n} samples{_of_class(requirement)}: "
         f"{number(mean.value, unit)}, at least {low} and at most {high}, each {confidence}; "
