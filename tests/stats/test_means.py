@@ -130,7 +130,7 @@ def test_bootstrap_of_many_values_is_not_corrected(monkeypatch: pytest.MonkeyPat
 
 
 def test_the_bound_of_a_mean_errs_more_often_on_skewed_values() -> None:
-    """The upper bound of 20 log-normal values (σ = 1) misses the mean in 13 % of 400 cases: more often than the 2.5 % that are meant
+    """The upper bound of 20 log-normal values (σ = 1) misses the mean in 13 % of 400 cases: more often than in 2.5 %, as meant
     (p below 1e-6), and in fewer than 20 %. Kills: a docstring that promises what does not hold."""
     generator, true = np.random.default_rng(20181), math.exp(0.5)
     missed = 0
