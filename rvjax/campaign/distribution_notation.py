@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, cast
 
@@ -41,6 +41,7 @@ from rvjax.campaign.distributions.interface import ABOVE_ZERO
 from rvjax.campaign.plain_values import Place, is_list, is_mapping, is_number, shorten
 from rvjax.campaign.problems import Problem, unexpected
 from rvjax.campaign.quantity import Shape
+from rvjax.campaign.zero_width import only_number
 
 LAWS: dict[str, tuple[tuple[str, ...], Callable[..., Distribution]]] = {
     "uniform": (("low", "high"), Uniform),
@@ -68,7 +69,7 @@ VECTOR_WORDS = ("box", *RADIAL, "von_mises_fisher", "rotation")
 """`box` is three independent uniform distributions."""
 
 NOTHING = Fixed(0.0)
-"""Stands in for a distribution with a problem."""
+"""Stands for a component of a vector of radius 0, and in for a distribution with a problem."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +160,8 @@ class Reader:
             if word == "box":
                 return self.box(given, (word,)), None
             if word in VECTOR_WORDS:
-                return (), self.joint(word, given, (word,))
+                joint = self.joint(word, given, (word,))
+                return ((NOTHING,) * 3, None) if joint is None else ((), joint)
         return self.parts(raw, 3, (), VECTOR_WORDS), None
 
     def components(self, raw: Any, names: tuple[str, ...]) -> tuple[Distribution, ...]:
@@ -206,7 +208,7 @@ class Reader:
         if word in LAWS:
             names, law = LAWS[word]
             values = self.numbers(given, names, at)
-            return self.checked(word, lambda: law(*values), at) if values else NOTHING
+            return self.law(word, values, lambda: law(*values), at) if values else NOTHING
         if word in VECTOR_WORDS:
             return self.refuse(
                 at, f"{word} is the distribution of a whole vector", f"accepted: {', '.join(SCALAR_WORDS)}", at_key=True
@@ -217,12 +219,14 @@ class Reader:
         """A list of values, or `{values: […], weights: […]}`."""
         if not is_mapping(given):
             values = self.numbers(given, None, place)
-            return self.checked("choice", lambda: Pick.of(values), place) if values else NOTHING
+            return self.listed("choice", lambda: Pick.of(values), place) if values else NOTHING
         if given.keys() != {"values", "weights"}:
             return self.unexpected(place, given, "accepted: a list, or values and weights")
         values = self.numbers(given["values"], None, (*place, "values"))
         weights = self.numbers(given["weights"], None, (*place, "weights"))
-        return self.checked("choice", lambda: Pick.of(values, weights), place) if values and weights else NOTHING
+        if not values or not weights:
+            return NOTHING
+        return self.listed("choice", lambda: Pick.of(values, weights), place)
 
     def table(self, given: Any, place: Place) -> Distribution:
         """`{csv: file, column: name}`, whose file has been read; optionally with `interpolate: true`."""
@@ -246,7 +250,7 @@ class Reader:
             if not self.range.admits(value, value):
                 message = f"{file.name} line {line}, column {shorten(name)}: {with_unit(f'{value:g}', self.unit)}"
                 return self.refuse((*place, "csv"), message, f"accepted: {self.range.words(self.unit)}", at_key=True)
-        return self.checked("table", lambda: Empirical.of(values, smooth), place)
+        return self.listed("table", lambda: Empirical.of(values, smooth), place)
 
     def box(self, given: Any, place: Place) -> tuple[Distribution, ...]:
         """Independent uniform numbers within ± the half side of each axis."""
@@ -260,7 +264,8 @@ class Reader:
         )
 
     def joint(self, word: str, given: Any, place: Place) -> JointDistribution | None:
-        """`{ball: radius}`, `{direction: radius}`, `{von_mises_fisher: {…}}` or, of an attitude, `{rotation: uniform}`."""
+        """`{ball: radius}`, `{direction: radius}`, `{von_mises_fisher: {…}}` or, of an attitude, `{rotation: uniform}`. None:
+        the radius is 0, or there is a problem."""
         if word == "rotation":
             return self.rotation(given, place)
         if word == "von_mises_fisher":
@@ -286,21 +291,22 @@ class Reader:
         mean = self.numbers(given["mean"], ("x", "y", "z"), (*place, "mean"))
         kappa = self.numbers(given["kappa"], ("kappa",), (*place, "kappa"))
         radius = self.radius("von_mises_fisher", given["radius"], (*place, "radius"))
-        if not mean or not kappa or not radius:
+        if not mean or not kappa:
             return None
         try:
-            return VonMisesFisher.of((mean[0], mean[1], mean[2]), kappa[0], radius)
+            law = VonMisesFisher.of((mean[0], mean[1], mean[2]), kappa[0], radius or 1.0)
+            return law if radius else None
         except ValueError as error:
             self.refuse(place, f"von_mises_fisher: {error}", "")
         return None
 
     def radius(self, word: str, given: Any, place: Place) -> float:
-        """A radius above 0 whose sphere is inside the range; 0 if there is a problem."""
+        """A radius of at least 0 whose sphere is inside the range; 0 if there is a problem."""
         for radius in self.numbers(given, ("radius",), place):
-            if radius > 0.0:
-                self.checked(word, lambda radius=radius: Uniform(-radius, radius), place)
+            if radius >= 0.0:
+                self.checked(word, lambda radius=radius: Uniform(-radius, radius) if radius else NOTHING, place)
                 return radius
-            self.refuse(place, f"{word}: found {radius:g}", f"accepted: a radius above {with_unit('0', self.unit)}")
+            self.refuse(place, f"{word}: found {radius:g}", f"accepted: a radius of at least {with_unit('0', self.unit)}")
         return 0.0
 
     def numbers(self, given: Any, names: tuple[str, ...] | None, place: Place) -> list[float]:
@@ -321,6 +327,16 @@ class Reader:
                 f"accepted: {with_unit('a number', self.unit, ' in ')}, in {form}",
             )
         return [] if wrong else [float(item) for item in items]
+
+    def law(self, word: str, values: Sequence[float], make: Callable[[], Distribution], place: Place) -> Distribution:
+        """The distribution with these parameters; of width zero a fixed number."""
+        only = only_number(word, values)
+        return self.checked(word, make if only is None else lambda: Fixed(only), place)
+
+    def listed(self, word: str, make: Callable[[], Distribution], place: Place) -> Distribution:
+        """A distribution of listed numbers; where all are equal, this number."""
+        law = self.checked(word, make, place)
+        return Fixed(law.low) if law.low == law.high else law
 
     def checked(self, word: str, make: Callable[[], Distribution], place: Place) -> Distribution:
         """The distribution that `make` returns; its whole support must be inside the range."""

@@ -82,6 +82,11 @@ def _groups(spec: Spec, names: Names) -> Iterator[Finding]:
                 yield spec.source.finding(place, f"{name} is listed twice", accepted)
             else:
                 first[name] = spec.source.where(place)
+        if all(name in names.drawn for name in group.variables):
+            laws = {name: names.drawn[name].law for name in group.variables}
+            for problem in group.law_problems(laws):
+                below = problem.below(("correlate", index))
+                yield spec.source.finding(below.place, below.message, below.accepted)
 
 
 def _unknown_kinds(spec: Spec, names: Names) -> Iterator[Finding]:

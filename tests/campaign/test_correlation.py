@@ -13,6 +13,7 @@ from scipy import stats
 
 from rvjax.campaign.correlation import normal_correlation
 from rvjax.components.samplers.copula import cholesky
+from rvjax.errors import CampaignError
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN
@@ -115,3 +116,125 @@ def test_the_variables_are_what_is_drawn(campaign: object) -> None:
     drawn = Draws.of(problem, np.arange(1))[0]
     values = {name for name in drawn.values if not name.endswith((".schedule.failing", ".rejected"))}  # counted, not drawn
     assert {name for one in problem.dispersions.variables.values() for name in one.draws} == values
+
+
+# --- ties and covariances ---------------------------------------------------------------------------------------------
+
+
+def test_tied_draws_rise_and_fall_together() -> None:
+    """Ranks are equal or reversed, without exception; the laws stay; a fourth draw keeps its correlation with all of them.
+
+    Kills: a tie up to rounding, 1 − u for u, a tied draw that loses its law, a factor with a row too many."""
+    other = "start.sigma.x"
+    rank = ((1.0, 1.0, -1.0, 0.5), (1.0, 1.0, -1.0, 0.5), (-1.0, -1.0, 1.0, -0.5), (0.5, 0.5, -0.5, 1.0))
+    given = correlate(MASS, ONSET, MOMENT, other, rank=rank)
+    drawn = draws(5_000, given)
+    order = {name: stats.rankdata(drawn[name]) for name in (MASS, ONSET, MOMENT)}
+    np.testing.assert_array_equal(order[MASS], order[ONSET])
+    np.testing.assert_array_equal(order[MASS], 5_001 - order[MOMENT])
+    problem = load(CAMPAIGN, [*LAWS, given])
+    for name in (MASS, ONSET, MOMENT, other):
+        assert stats.kstest(drawn[name], problem.dispersions.variables[name].law.cdf).pvalue > ALPHA
+    error = math.sqrt((1.0 + 0.125) / 4_997)
+    for name, sign in ((MASS, 1.0), (ONSET, 1.0), (MOMENT, -1.0)):
+        found = math.atanh(stats.spearmanr(drawn[name], drawn[other]).statistic)
+        assert abs(found - sign * math.atanh(0.5)) < stats.norm.isf(ALPHA / 2) * error
+
+
+def refused(*given: str) -> str:
+    with pytest.raises(CampaignError) as caught:
+        load(CAMPAIGN, [*LAWS, *given])
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("rank", "words"),
+    [
+        (((1.0, 1.0, 0.5), (1.0, 1.0, 0.4), (0.5, 0.4, 1.0)), "variable 2 is tied to variable 1, but 0.4 in row 2 is not 0.5"),
+        (((1.0, -1.0, 0.5), (-1.0, 1.0, 0.5), (0.5, 0.5, 1.0)), "0.5 in row 2 is not -0.5, as row 1 demands"),
+        (((1.0, 1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, 1.0)), "-1 in row 2 is not 1, as row 1 demands"),
+        (((1.0, 0.9999999999), (0.9999999999, 1.0)), "accepted: correlations that can occur together; 1 or -1 ties"),
+    ],
+)
+def test_ties_that_contradict_each_other(rank: tuple[tuple[float, ...], ...], words: str) -> None:
+    """Kills: a tie that wins over the rest of the matrix silently."""
+    assert words in refused(correlate(*(MASS, MOMENT, ONSET)[: len(rank)], rank=rank))
+
+
+NORMAL = ("start.nu_m_s=[{normal: [1, 2]}, {normal: [0, 3]}, {normal: [0, 0.5]}]",)
+RADIAN = (math.pi / 180.0) ** 2
+COVARIANCE = [[4.0, 3.0, -0.4], [3.0, 9.0, 0.3], [-0.4, 0.3, 0.25]]
+SPEEDS = [f"start.nu_m_s.{axis}" for axis in "xyz"]
+
+
+def covariance(names: list[str], matrix: list[list[float]]) -> str:
+    return f"correlate=[{{variables: [{', '.join(names)}], covariance: {matrix}}}]"
+
+
+def normal_draws(*given: str) -> dict[str, np.ndarray]:
+    start = "start={rho_m: 1, omega_deg_s: {normal: [0, 1]}}"
+    return Draws.of(load(CAMPAIGN, [start, NORMAL[0], *given]), np.arange(50_000))[0].values
+
+
+def test_a_covariance_is_reached() -> None:
+    """Of 50,000 draws, each entry within its standard error √((Cᵢᵢ Cⱼⱼ + Cᵢⱼ²)/n). Kills: 2 sin(πr/6) for r, standard deviations
+    for variances, names in another order than the matrix."""
+    order = [2, 0, 1]
+    turned = [[COVARIANCE[i][j] for j in order] for i in order]
+    for given in (covariance(SPEEDS, COVARIANCE), covariance([SPEEDS[i] for i in order], turned)):
+        drawn = normal_draws(given)
+        found = np.cov([drawn[name] for name in SPEEDS])
+        c = np.array(COVARIANCE)
+        error = np.sqrt((np.outer(np.diag(c), np.diag(c)) + c**2) / 50_000)
+        assert np.max(np.abs(found - c) / error) < stats.norm.isf(ALPHA / 18)
+
+
+def test_a_covariance_ties_draws() -> None:
+    """A correlation that is 1 up to rounding is a tie: one draw is the other's multiple."""
+    drawn = normal_draws(covariance(SPEEDS[1:], [[9.0, -1.5], [-1.5, 0.25]]))
+    np.testing.assert_allclose(drawn[SPEEDS[2]], -drawn[SPEEDS[1]] / 6.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (
+            covariance(SPEEDS[:2], [[2.0, 1.0], [1.0, 9.0]]),
+            "the variance 2 of start.nu_m_s.x is not that of its law; accepted: 4,",
+        ),
+        (covariance(SPEEDS[:2], [[4.0, 1.0], [1.0, 9.1]]), "covariance.1.1: the variance 9.1 of start.nu_m_s.y is not that of"),
+        (
+            covariance(SPEEDS[:2], [[4.0, 6.1], [6.1, 9.0]]),
+            "the covariance 6.1 is above 6, the product of the standard deviations",
+        ),
+        (covariance(SPEEDS[:2], [[4.0, 1.0], [2.0, 9.0]]), "accepted: a symmetric matrix"),
+        (covariance(SPEEDS[:2], [[0.0, 0.0], [0.0, 9.0]]), "covariance.0.0: found 0.0; accepted: a variance above 0, in SI"),
+        (covariance(SPEEDS[:2], COVARIANCE), "2 variables but a matrix of 3 rows"),
+        (covariance([SPEEDS[0], MASS], [[4.0, 1.0], [1.0, 9.0]]), f"{MASS} is not normal, so a covariance does not decide"),
+        (covariance(SPEEDS, [[4.0, 5.9, 0.9], [5.9, 9.0, -1.4], [0.9, -1.4, 0.25]]), "the matrix is not positive definite"),
+        (f"correlate=[{{variables: [{SPEEDS[0]}, {SPEEDS[1]}]}}]", "neither rank nor covariance; accepted: one of them"),
+        (
+            f"correlate=[{{variables: [{SPEEDS[0]}, {SPEEDS[1]}], rank: [[1, 0], [0, 1]], covariance: [[4, 0], [0, 9]]}}]",
+            "both rank and covariance; accepted: one of them",
+        ),
+    ],
+)
+def test_a_covariance_that_is_none(given: str, words: str) -> None:
+    """Kills: a diagonal that is ignored, a law whose covariance has another meaning."""
+    assert words in refused(NORMAL[0], given)
+
+
+def test_a_covariance_is_in_si_and_written_with_few_digits() -> None:
+    """Of rates in deg/s, in (rad/s)²; 0.1 % off is accepted, more is not. Kills: variances in the unit of the key."""
+    names = ["start.omega_rad_s.x", "start.omega_rad_s.y"]
+    assert normal_draws(covariance(names, [[1.0005 * RADIAN, 0.0], [0.0, RADIAN]]))
+    assert "accepted: 0.000304617" in refused(
+        "start={rho_m: 1, omega_deg_s: {normal: [0, 1]}}", covariance(names, [[1.0, 0.0], [0.0, 1.0]])
+    )
+
+
+def test_rank_and_covariance_are_two_identities() -> None:
+    """The same correlations mean other draws. Kills: a fingerprint of the matrix alone."""
+    rank = correlate(*SPEEDS[:2], rank=((1.0, 0.5), (0.5, 1.0)))
+    forms = (rank, covariance(SPEEDS[:2], [[4.0, 3.0], [3.0, 9.0]]), covariance(SPEEDS[:2], [[4.0, 3.1], [3.1, 9.0]]))
+    assert len({load(CAMPAIGN, [NORMAL[0], given]).fingerprint for given in forms}) == 3

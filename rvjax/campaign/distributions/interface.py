@@ -70,13 +70,19 @@ def array(values: ArrayLike) -> Array:
 def ordered(*values: float) -> None:
     """ValueError unless the values rise."""
     if any(a >= b for a, b in pairwise(values)):
-        raise ValueError("the low end must be below the high end")
+        raise ValueError("the low end must not be above the high end")
 
 
 def positive(name: str, value: float) -> None:
     """ValueError unless a parameter is above 0."""
     if value <= 0.0:
         raise ValueError(f"the {name} must be above 0")
+
+
+def wide(name: str, value: float) -> None:
+    """ValueError unless a width is above 0. The notation makes a number of width 0, so the text includes 0."""
+    if value <= 0.0:
+        raise ValueError(f"the {name} must be at least 0")
 
 
 def between(name: str, value: float, low: float, high: float) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import erf, erfinv, log_ndtr, ndtr, ndtri, ndtri_exp  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.campaign.distributions.interface import ABOVE_ZERO, Array, array, between, ordered, positive
+from rvjax.campaign.distributions.interface import ABOVE_ZERO, Array, array, between, ordered, positive, wide
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Normal:
     uniforms: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        positive("standard deviation", self.sd)
+        wide("standard deviation", self.sd)
 
     @property
     def low(self) -> float:
@@ -60,7 +60,7 @@ class TruncatedNormal:
     """Standard deviations from the mean to the nearer end of an interval beside it; beyond, nothing is left."""
 
     def __post_init__(self) -> None:
-        positive("standard deviation", self.sd)
+        wide("standard deviation", self.sd)
         ordered(self.low, self.high)
         if max(self.low - self.mean, self.mean - self.high) > self.FARTHEST * self.sd:
             raise ValueError(f"the interval lies more than {self.FARTHEST:g} standard deviations from the mean")
@@ -96,7 +96,7 @@ class HalfNormal:
     uniforms: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        positive("standard deviation", self.sd)
+        wide("standard deviation", self.sd)
 
     @property
     def low(self) -> float:

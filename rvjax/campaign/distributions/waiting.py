@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rvjax.campaign.distributions.interface import Array, array, between, positive
+from rvjax.campaign.distributions.interface import Array, array, between, wide
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Exponential:
     uniforms: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        positive("mean", self.mean)
+        wide("mean", self.mean)
 
     @property
     def low(self) -> float:
@@ -52,7 +52,7 @@ class Weibull:
     uniforms: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        positive("scale", self.scale)
+        wide("scale", self.scale)
         between("shape", self.shape, 0.1, 1e6)
 
     @property
