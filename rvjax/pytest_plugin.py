@@ -9,6 +9,7 @@ otherwise. Without `--rvjax` nothing is collected and nothing heavy imported.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
 import re
@@ -16,7 +17,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,9 @@ UNDECIDED = "undecided"
 CAMPAIGN = re.compile(rb"^(?:\xef\xbb\xbf)?[\"']?rvjax[\"']?\s*:", re.MULTILINE)
 """What a YAML file has that is a campaign."""
 
+_OUT, _ADDED = "--rvjax-out", "PYTEST_ADDOPTS"
+_BRACKETS = str.maketrans("[]", "()")
+_PROJECT = (".git", "pyproject.toml", "pytest.ini", "setup.cfg", "setup.py", "tox.ini")
 _VERDICT, _COMMANDS = "rvjax_verdict", "rvjax_commands"
 _ROOT = pytest.StashKey[Path]()
 
@@ -35,19 +39,50 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """The options of the plugin."""
     group = parser.getgroup("rvjax", "robustness campaigns")
     group.addoption("--rvjax", action="store_true", help="collect campaigns (*.yaml): each requirement is a test")
-    group.addoption("--rvjax-out", metavar="DIR", help="where the run folders go; default: a new temporary folder")
+    group.addoption("--rvjax-out", metavar="DIR", help="--rvjax-out=DIR: where run folders go; default: a new temporary folder")
     group.addoption("--rvjax-undecided", choices=("fail", "pass"), help="what an undecided requirement does; default: fail")
     parser.addini("rvjax_undecided", "what an undecided requirement does: fail or pass", default="fail")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> int | None:
+    """`--rvjax-out DIR` is run as `--rvjax-out=DIR`.
+
+    Pytest looks for its root before it knows the options of plugins, and takes a DIR that exists for a folder of tests. With
+    another root, tests have other ids: `--last-failed` finds nothing, and a configuration file may be missed.
+    """
+    if hasattr(config, "workerinput"):
+        return None
+    given, added = list(map(str, config.invocation_params.args)), shlex.split(os.environ.get(_ADDED, ""))
+    arguments, addopts = joined(given), joined(added)
+    if (arguments, addopts) == (given, added):
+        return None
+    if addopts != added:
+        os.environ[_ADDED] = shlex.join(addopts)
+    return int(pytest.main(arguments, plugins=config.invocation_params.plugins))
+
+
+def joined(arguments: Sequence[str]) -> list[str]:
+    """The arguments with `--rvjax-out DIR` as one word."""
+    words, rest = list[str](), iter(arguments)
+    for word in rest:
+        if word == "--":
+            return [*words, word, *rest]
+        value = next(rest, None) if word == _OUT else None
+        words.append(word if value is None else f"{word}={value}")
+    return words
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """Knows the mark that keeps the requirements of a campaign together, also where xdist, whose mark it is, is not there."""
+    """Checks the settings, and registers the mark that keeps the requirements of a campaign together, also without xdist."""
     if not config.getoption("--rvjax"):
         return
     config.addinivalue_line("markers", "xdist_group(name): tests that one process runs")
     said = config.getini("rvjax_undecided")
     if said not in ("fail", "pass"):
         raise pytest.UsageError(f"rvjax_undecided: found {said!r}; accepted: fail, pass")
+    if config.getoption(_OUT):
+        _root(config)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -84,16 +119,17 @@ class CampaignFile(pytest.File):
             campaign = load(self.path)
         except CampaignError as error:
             raise self.CollectError(str(error)) from None
-        for number, requirement in enumerate(campaign.require, 1):
-            item: RequirementItem = RequirementItem.from_parent(self, name=f"[{number}] {title(requirement)}")
-            item.number = number
-            item.add_marker(pytest.mark.xdist_group(str(self.path)))
+        names = item_names([title(requirement) for requirement in campaign.require])
+        for number, (name, requirement) in enumerate(zip(names, campaign.require, strict=True), 1):
+            item: RequirementItem = RequirementItem.from_parent(self, name=name)
+            item.number, item.title = number, title(requirement)
+            item.add_marker(pytest.mark.xdist_group(folder_name(self.path)))
             yield item
 
     @property
     def folder(self) -> Path:
         """Its run folder: no two campaigns have the same."""
-        return _root(self.config) / folder_name(self.path, self.config.rootpath)
+        return _root(self.config) / folder_name(self.path)
 
     def judge(self) -> dict[str, Any]:
         """Flies the campaign unless it is flown; of processes beside each other one flies it, the others read what came out."""
@@ -114,6 +150,7 @@ class RequirementItem(pytest.Item):
     """One requirement."""
 
     number: int
+    title: str
     parent: CampaignFile
 
     def runtest(self) -> None:
@@ -132,8 +169,8 @@ class RequirementItem(pytest.Item):
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[os.PathLike[str], int | None, str]:
-        """Path, line and name."""
-        return self.path, None, self.name
+        """Path, line and heading. Of a heading that ends the id pytest would write `0::9` for 0.9."""
+        return self.path, None, f"{self.path.name}: {self.title}"
 
 
 class NotShown(Exception):
@@ -144,9 +181,30 @@ class NotShown(Exception):
         self.verdict = verdict
 
 
-def folder_name(campaign: Path, root: Path) -> str:
-    """Its path below the root, or whole, as one word, and a few digits that no other path has."""
-    shown = campaign.relative_to(root) if campaign.is_relative_to(root) else campaign
+def item_names(titles: Sequence[str]) -> list[str]:
+    """A name of each requirement that no tool takes apart, different from all others.
+
+    Tools split ids at `::` and read what follows a `[` as parameters. A name has no number: it stays when another requirement is
+    inserted.
+    """
+    from rvjax.errors import visible
+
+    names: dict[str, None] = {}
+    for text in titles:
+        plain = re.sub("::+", ":", " ".join(visible(text).split())).translate(_BRACKETS).strip(":") or "requirement"
+        counted = (plain if count == 1 else f"{plain} ({count})" for count in itertools.count(1))
+        names[next(name for name in counted if name not in names)] = None
+    return list(names)
+
+
+def folder_name(campaign: Path) -> str:
+    """Its path in its project, or the whole path, as one word, and a few digits that no other path has.
+
+    The project is the nearest folder above with one of `_PROJECT`; the root that pytest chooses depends on its arguments.
+    """
+    above = (folder for folder in campaign.parents if any((folder / name).exists() for name in _PROJECT))
+    project = next(above, None)
+    shown = campaign if project is None else campaign.relative_to(project)
     name = re.sub(r"[^\w.-]+", "-", shown.with_suffix("").as_posix()).strip("-.")
     return f"{name[-80:]}-{hashlib.sha256(os.fsencode(shown)).hexdigest()[:8]}"
 
@@ -176,9 +234,14 @@ def _advice(folder: Path, sample: int | None) -> str:
 def _root(config: pytest.Config) -> Path:
     """The folder of all run folders: the same for all processes of a session, and nobody else's."""
     if _ROOT not in config.stash:
-        given = getattr(config, "workerinput", {}).get("rvjax_root") or config.getoption("--rvjax-out")
+        given = getattr(config, "workerinput", {}).get("rvjax_root") or config.getoption(_OUT)
         root = Path(given or tempfile.mkdtemp(prefix="rvjax-pytest-")).absolute()
-        root.mkdir(parents=True, exist_ok=True)
+        try:
+            root.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=root).close()
+        except OSError as error:
+            accepted = "accepted: a folder that can be written"
+            raise pytest.UsageError(f"{_OUT}={given}: cannot be written: {error.strerror}; {accepted}") from None
         config.stash[_ROOT] = root
     return config.stash[_ROOT]
 

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
+from _pytest.junitxml import mangle_test_address
 from ruamel.yaml import YAML
+from xdist.scheduler import LoadGroupScheduling
 
 from rvjax.campaign.overrides import override
 from rvjax.campaign.source import read
 from rvjax.pytest_plugin import CAMPAIGN as MARK
-from rvjax.pytest_plugin import folder_name
+from rvjax.pytest_plugin import folder_name, item_names, joined
 from tests.short import CAMPAIGN, SHORT
 
 REQUIRE = (
@@ -45,7 +49,8 @@ def project(tmp_path: Path) -> Path:
 
 def pytested(folder: Path, *arguments: str, **environment: str) -> tuple[int, str]:
     """Exit code and output of pytest, as outside of a CI service: there, pytest writes its summary lines whole."""
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments]
+    cache = [] if "cacheprovider" in arguments else ["-p", "no:cacheprovider"]
+    command = [sys.executable, "-m", "pytest", *cache, *arguments]
     services = ("PYTEST_", "GITHUB_", "CI", "BUILD_NUMBER")
     outside = {name: value for name, value in os.environ.items() if not name.startswith(services)}
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=outside | environment)
@@ -61,14 +66,14 @@ def test_each_requirement_is_an_item_with_its_own_outcome(project: Path) -> None
     code, said = pytested(project, "--rvjax", "ci", "-v", "--rvjax-out", str(out), "-n", "2", **service)
     assert code == 1, said
     assert "1 failed, 1 passed, 1 undecided" in said
-    assert "PASSED ci/short.yaml::[1] captured: at least 0.9" in said
-    assert "UNDECIDED ci/short.yaml::[2] captured: at least 0.99" in said
-    assert "FAILED ci/short.yaml::[3] slow [x]" in said
+    assert "PASSED ci/short.yaml::captured: at least 0.9" in said
+    assert "UNDECIDED ci/short.yaml::captured: at least 0.99" in said
+    assert "FAILED ci/short.yaml::slow (x)" in said
     assert "FAIL: slow [x]: delta_v_m_s below" in said
     assert "Traceback" not in said
     assert [path.read_text() for path in project.glob("heavy-*.txt")] == ["", "", ""]
     (folder,) = (path for path in out.iterdir() if path.is_dir())
-    assert folder.name == folder_name(project / "ci" / "short.yaml", project)
+    assert folder.name == folder_name(project / "ci" / "short.yaml")
     assert said.count(f"rvjax replay {folder} --sample ") == 2
     assert (project / "s.md").read_text().count("### quickstart: 1 PASS, 1 FAIL, 1 UNDECIDED") == 1
     assert said.count("\n::error file=ci/short.yaml,line=") == 1
@@ -109,14 +114,101 @@ def test_what_only_flying_finds_fails_every_requirement(project: Path) -> None:
     assert "Traceback" not in said
 
 
-def test_no_two_campaigns_have_the_same_folder() -> None:
-    """Kills: a campaign that is judged by the flights of another; a campaign outside of the root that ends in a traceback."""
-    root = Path("/project")
+def test_no_two_campaigns_have_the_same_folder(tmp_path: Path) -> None:
+    """Kills: a campaign that is judged by the flights of another; a folder that has another name in another clone."""
+    for clone in ("one", "two"):
+        (tmp_path / clone / "a").mkdir(parents=True)
+        (tmp_path / clone / "pyproject.toml").touch()
+    root = tmp_path / "one"
     paths = [root / "a" / "b.yaml", root / "a-b.yaml", root / "a-b.yml", Path("/else where/a-b.yaml"), root / f"{'x' * 300}.yaml"]
-    names = [folder_name(path, root) for path in paths]
+    names = [folder_name(path) for path in paths]
     assert len(set(names)) == len(names)
     assert all(name.replace("-", "").isalnum() and len(name) < 100 for name in names)
-    assert folder_name(Path("/other/a/b.yaml"), Path("/other")) == names[0]
+    assert folder_name(tmp_path / "two" / "a" / "b.yaml") == names[0]
+
+
+TITLES = [
+    *("captured: at least 0.9", "[1] captured", "slow [x] more", "a::b", "a:::", "::", "", "[", "]", "x@y]", "two\nlines"),
+    *("captured: at least 0.9", "a:b", "tab\tand\x1b", "captured: at least 0.9 (2)", "captured: at least 0.9", "p[a::b]"),
+]
+
+
+def test_names_are_taken_apart_by_no_tool() -> None:
+    """By the code of the installed pytest and xdist that reads ids. Kills: `0.999]`, a name that is read as parameters or as two;
+    two requirements with one name; a group of xdist that is cut."""
+    names = item_names(TITLES)
+    assert len(set(names)) == len(TITLES)
+    for name in names:
+        address = f"ci/a.yaml::{name}"
+        assert mangle_test_address(address)[1:] == [name]
+        assert name.split("[")[0] == name, "what pytest does with an argument without parameters"
+        assert address.rsplit("::", 1) == ["ci/a.yaml", name], "what xdist does with --dist loadscope"
+        group = folder_name(Path("/x]y@z/a.yaml"))
+        assert LoadGroupScheduling._split_scope(None, f"{address}@{group}") == group  # pyright: ignore[reportArgumentType]
+        assert name.isprintable()
+    assert names[0] == "captured: at least 0.9"
+
+
+def test_names_stay_when_a_requirement_is_inserted() -> None:
+    """Kills: a number in the name, after which `--last-failed` selects the neighbour."""
+    titles = ["captured", "delta_v_m_s below 3", "settled"]
+    before = item_names(titles)
+    assert [name for name in item_names([titles[0], "new [x]", *titles[1:]]) if name != "new (x)"] == before
+
+
+COUNTED = """import json, pathlib
+import rvjax.pytest_plugin as plugin
+def check(campaign, folder):
+    with open("flown.txt", "a") as file:
+        file.write(f"{folder}\\n")
+    document = {"verdicts": [
+        {"verdict": verdict, "text": "x", "worst_sample": None} for verdict in ("PASS", "PASS", "FAIL")
+    ]}
+    return document | {"commands": []}
+plugin._check = check
+"""
+
+
+def test_an_output_folder_that_exists_is_not_the_root(project: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """`--rvjax-out DIR` in two words, once in PYTEST_ADDOPTS and once as arguments; the second time DIR exists. Kills: another root,
+    so that the failed test is not selected again and the campaign flies into another folder; an id in the JUnit XML or in the list that is cut at a point or a bracket."""
+    out = tmp_path_factory.mktemp("elsewhere") / "out"
+    (project / "conftest.py").write_text(COUNTED)
+    words = ("--rvjax-out", str(out))
+    arguments = ["-p", "cacheprovider", "--rvjax", str(project / "ci"), "-p", "no:xdist", "--junit-xml", "j.xml"]
+    code, said = pytested(project, *arguments, "-v", PYTEST_ADDOPTS=shlex.join(words))
+    assert code == 1, said
+    assert "1 failed, 2 passed" in said
+    assert "::captured: at least 0.9 PASSED" in said
+    names = [case.get("name") for case in ElementTree.parse(project / "j.xml").iter("testcase")]
+    assert names == ["captured: at least 0.9", "captured: at least 0.99", "slow (x)"]
+    code, said = pytested(project, *arguments, *words, "--last-failed", "--last-failed-no-failures", "none")
+    assert "1 failed" in said
+    assert "passed" not in said
+    assert len(set((project / "flown.txt").read_text().splitlines())) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["--rvjax-out", "a b", "ci"], ["--rvjax-out=a b", "ci"]),
+        (["--rvjax-out=x", "ci"], ["--rvjax-out=x", "ci"]),
+        (["ci", "--rvjax-out"], ["ci", "--rvjax-out"]),
+        (["--", "--rvjax-out", "x"], ["--", "--rvjax-out", "x"]),
+    ],
+)
+def test_the_output_folder_becomes_one_word(words: list[str], expected: list[str]) -> None:
+    """Kills: joining what is no option; a missing value that ends in a traceback."""
+    assert joined(words) == expected
+    assert joined(expected) == expected
+
+
+def test_an_output_folder_that_cannot_be_written_is_a_mistake_of_the_command(project: Path) -> None:
+    """Kills: `INTERNALERROR`, or an error of every requirement."""
+    (project / "file").write_text("x")
+    code, said = pytested(project, "--rvjax", "ci", "-q", "--rvjax-out=file/below")
+    assert code == 4
+    assert "--rvjax-out=file/below: cannot be written: Not a directory; accepted: a folder" in said
 
 
 @pytest.mark.parametrize(
