@@ -170,8 +170,11 @@ plugin._check = check
 
 
 def test_an_output_folder_that_exists_is_not_the_root(project: Path, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """`--rvjax-out DIR` in two words, once in PYTEST_ADDOPTS and once as arguments; the second time DIR exists. Kills: another root,
-    so that the failed test is not selected again and the campaign flies into another folder; an id in the JUnit XML or in the list that is cut at a point or a bracket."""
+    """`--rvjax-out DIR` in two words, first in PYTEST_ADDOPTS; the second time DIR exists.
+
+    Kills: another root, so that the failed test is not selected again and the campaign flies into another folder; an id in the
+    JUnit XML or in the list that is cut at a point or a bracket.
+    """
     out = tmp_path_factory.mktemp("elsewhere") / "out"
     (project / "conftest.py").write_text(COUNTED)
     words = ("--rvjax-out", str(out))
