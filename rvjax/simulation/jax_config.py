@@ -29,7 +29,7 @@ from typing import Literal
 
 import platformdirs
 
-from rvjax.errors import UsageError
+from rvjax.errors import IncompleteError, UsageError
 
 Precision = Literal["float64", "float32"]
 
@@ -41,6 +41,9 @@ SETTINGS: tuple[tuple[str, str], ...] = (
     ("xla_cpu_prefer_vector_width", "512"),  # registers of 512 bits where the processor has them
 )
 """XLA flags of all flights."""
+
+PROBE_S = 300.0
+"""How long JAX may take to start in another process."""
 
 _PROBE = """
 try:
@@ -128,7 +131,20 @@ def _known(flags: str) -> bool:
     if known is not None and known.exists():
         return True
     environment = {**os.environ, "XLA_FLAGS": flags}
-    done = subprocess.run([sys.executable, "-c", _PROBE], env=environment, capture_output=True, check=False)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", _PROBE],
+            env=environment,
+            capture_output=True,
+            check=False,
+            timeout=PROBE_S,
+            stdin=subprocess.DEVNULL,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise IncompleteError(
+            f"JAX has not started in {PROBE_S:g} s in a process that tries XLA_FLAGS={flags!r}; look whether its device is busy, "
+            "then give the same command again"
+        ) from error
     if done.returncode == 0 and known is not None:
         with contextlib.suppress(OSError):
             known.touch()

@@ -7,9 +7,10 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from importlib.resources import files
@@ -36,6 +37,9 @@ differentiator turn the last digit into 1e-5 within a minute; without them ways 
 
 GROWTH = (1_000, 10_000, 100_000, 1_000_000)
 GROWTH_STEPS = 200
+
+ANSWER_S = 3600.0
+"""How long a process may take for a flight, compiling included."""
 
 Say = Callable[[str], None]
 
@@ -87,9 +91,10 @@ class Worker:
     def answer(self) -> dict[str, Any]:
         """The next document; IncompleteError where the process has ended; its stderr says why."""
         assert self._process.stdout is not None
-        for line in self._process.stdout:
-            if line.startswith("{"):
-                return json.loads(line)
+        with _limited(self._process, self.name):
+            for line in self._process.stdout:
+                if line.startswith("{"):
+                    return json.loads(line)
         raise IncompleteError(f"bench: the process that flies {self.name} ended with exit code {self._process.wait()}")
 
     def fly(self) -> float:
@@ -105,6 +110,26 @@ class Worker:
         assert self._process.stdin is not None
         self._process.stdin.close()
         return float(self.answer()["peak_memory_mb"])
+
+
+@contextmanager
+def _limited(process: subprocess.Popen[str], what: str) -> Iterator[None]:
+    """Kills a process that does not do what is waited for inside; IncompleteError then."""
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        process.kill()
+
+    timer = threading.Timer(ANSWER_S, end)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+    if late.is_set():
+        raise IncompleteError(f"bench: the process that flies {what} has not answered for {ANSWER_S:g} s")
 
 
 def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: bool, say: Say) -> Bench:
@@ -224,11 +249,12 @@ def _first_chunk(campaign: Path, place: Path, lanes: int) -> tuple[float, float]
             command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, encoding="utf-8", env=os.environ | cache
         ) as run:
             assert run.stderr is not None
-            for line in run.stderr:
-                if line.startswith(f"{lanes}/"):
-                    spent = time.perf_counter() - started
-                    run.terminate()
-                    return spent
+            with _limited(run, "the first chunk"):
+                for line in run.stderr:
+                    if line.startswith(f"{lanes}/"):
+                        spent = time.perf_counter() - started
+                        run.terminate()
+                        return spent
         raise IncompleteError(f"bench: `{' '.join(command)}` ended without a chunk")
 
     return once("cold"), once("warm")
@@ -237,12 +263,15 @@ def _first_chunk(campaign: Path, place: Path, lanes: int) -> tuple[float, float]
 def growth_of(campaign: Path, samples: int) -> dict[str, float]:
     """Speed (draws included) and memory for a number of samples."""
     spec = {"campaign": str(campaign), "samples": samples, "steps": GROWTH_STEPS, "precision": "float64"}
-    done = subprocess.run(
-        [sys.executable, "-m", "rvjax.execution.bench.scaling", json.dumps(spec)],
-        stdout=subprocess.PIPE,
-        encoding="utf-8",
-        check=True,
-    )
+    command = [sys.executable, "-m", "rvjax.execution.bench.scaling", json.dumps(spec)]
+    try:
+        done = subprocess.run(command, stdout=subprocess.PIPE, encoding="utf-8", check=True, timeout=ANSWER_S)
+    except subprocess.CalledProcessError as error:
+        raise IncompleteError(
+            f"bench: the process that flies {samples:,} samples ended with exit code {error.returncode}"
+        ) from error
+    except subprocess.TimeoutExpired as error:
+        raise IncompleteError(f"bench: the process that flies {samples:,} samples has not ended in {ANSWER_S:g} s") from error
     answer = json.loads(done.stdout.splitlines()[-1])
     return {
         "samples": samples,

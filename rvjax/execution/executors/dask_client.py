@@ -14,7 +14,7 @@ import logging
 import time
 import uuid
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -26,13 +26,16 @@ from rvjax.errors import IncompleteError, UsageError
 
 try:
     from dask import config
+    from dask.utils import parse_timedelta
     from distributed import Client, Future, KilledWorker, LocalCluster
+    from distributed.comm.addressing import parse_host_port
 except ImportError as error:
     raise UsageError("--dask needs the packages dask and distributed; install them with pip install 'rvjax[dask]'") from error
 
 from rvjax.execution.chunks import ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.dask_worker import DaskWorkerState, Failed, Unlike, WorkOrder, fly, ready
+from rvjax.execution.executors.waiting import LOOK_S, Say, reach, within
 from rvjax.execution.identity import packages
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
@@ -53,11 +56,23 @@ MOST_SUSPECT = 16
 PATIENCE_S = 60.0
 """How long a file that a worker has written may take to appear here: network file systems show names late."""
 
-LOOK_S = 5.0
+ANSWER_S = 120.0
+"""How long the scheduler may take to answer."""
 
+READY_S = 600.0
+"""How long workers may take to import their packages and say what they would fly."""
+
+WORKER_S = 600.0
+"""How long there may be no worker."""
+
+WAITING_S = 30.0
+"""Seconds between two messages that there is no worker."""
+
+STALL_S = 3600.0
+"""How long no chunk may arrive."""
+
+_DEAF = "the Dask scheduler does not answer"
 _CANNOT = "a Dask worker cannot fly: {}; install the same rvjax[dask] there"
-
-Say = Callable[[str], None]
 
 
 def parse(text: str) -> int | str:
@@ -71,7 +86,12 @@ def parse(text: str) -> int | str:
 
 
 def workers(place: int | str, say: Say) -> ExecutorFactory:
-    """An executor of Dask workers: N processes on this machine, or those of a scheduler. say: gets messages on progress."""
+    """An executor of Dask workers: N processes on this machine, or those of a scheduler. say: gets messages on progress.
+
+    UsageError where nobody listens at the scheduler's address, which is tried at once.
+    """
+    if isinstance(place, str):
+        _try_address(place, say)
 
     @contextmanager
     def executor(runner: ChunkRunner, folder: RunFolder) -> Generator[Workers, None, None]:
@@ -83,8 +103,11 @@ def workers(place: int | str, say: Say) -> ExecutorFactory:
             (folder.path / token).touch()
             stack.callback((folder.path / token).unlink, missing_ok=True)
             state = DaskWorkerState(_order(runner, folder, token, isinstance(place, int)))
+            _check_versions(client, say)
             try:
-                client.register_plugin(state)
+                within(READY_S, lambda: client.register_plugin(state), "a Dask worker or the scheduler does not answer", say)
+            except IncompleteError:
+                raise
             except Exception as error:  # any error of a worker
                 raise UsageError(_CANNOT.format(error)) from error
             stack.callback(_dismiss, client, state.name)
@@ -141,17 +164,18 @@ class Workers:
                         flying[chunk] = self._submit(chunk, done)
                 elif isinstance(outcome, Unlike):
                     self._say(f"worker {outcome.worker} is retired, since it would fly other bits:\n{outcome.why}")
-                    self._client.retire_workers([outcome.worker], close_workers=True)
+                    self._retire(outcome.worker)
                     flying[chunk] = self._submit(chunk, done)
                 else:
                     suspects[chunk] = f"the last at {outcome.last_worker.address}"
         except BaseException:
             for future in flying.values():
-                if future.status == "finished" and isinstance(outcome := future.result(), ChunkResult):
+                if isinstance(outcome := _at_hand(future), ChunkResult):
                     take(self._arrived(outcome))
             raise
         finally:
-            self._client.cancel(list(flying.values()))
+            with suppress(IncompleteError):
+                within(LOOK_S, lambda: self._client.cancel(list(flying.values())), _DEAF)
 
     def _submit(self, chunk: int, done: Queue[int]) -> Future:
         key = f"{self._name}-chunk-{chunk}-{uuid.uuid4().hex[:8]}"
@@ -160,12 +184,20 @@ class Workers:
         return future
 
     def _next(self, done: Queue[int]) -> int:
-        """The next chunk that is done, flown or failed."""
-        while True:
+        """The next chunk that is done, flown or failed. IncompleteError where none comes for `STALL_S`."""
+        end = time.monotonic() + STALL_S
+        while time.monotonic() < end:
             try:
                 return done.get(timeout=LOOK_S)
             except Empty:
                 self._count()
+        raise IncompleteError(
+            f"the Dask workers have sent no chunk for {STALL_S:g} s; look at them, then give the same command again"
+        )
+
+    def _retire(self, worker: str) -> None:
+        """Dismisses a worker."""
+        within(ANSWER_S, lambda: self._client.retire_workers([worker], close_workers=True), _DEAF, self._say)
 
     def _outcome(self, future: Future) -> ChunkResult | Unlike | Failed | KilledWorker | None:
         """The result of a task, or that its workers died; None where the result was lost and the task runs again."""
@@ -174,7 +206,9 @@ class Workers:
         if future.status == "cancelled":
             raise IncompleteError("the Dask scheduler was lost: its tasks are gone")
         try:
-            return future.result()
+            return within(ANSWER_S, future.result, "a Dask worker does not send its chunk", self._say)
+        except IncompleteError:
+            raise
         except KilledWorker as error:
             return error
         except CancelledError:
@@ -183,42 +217,78 @@ class Workers:
             raise IncompleteError(f"Dask gave up a chunk: {type(error).__name__}: {error}") from error
 
     def _count(self) -> int:
-        """Threads of all workers, counted every few seconds; waits for the first worker."""
+        """Threads of all workers, counted every few seconds; waits for a worker. IncompleteError after `WORKER_S` without any."""
+        end = time.monotonic() + WORKER_S
+        told = -WAITING_S
         while not self._threads or time.monotonic() - self._counted > LOOK_S:
-            now = sum(self._there().values())
-            if not now and (self._threads or self._counted < 0):
-                self._say("waiting for a Dask worker")
-            self._threads, self._counted = now, time.monotonic()
-            if not now:
-                time.sleep(1.0)
+            self._threads, self._counted = sum(self._there().values()), time.monotonic()
+            if self._threads:
+                break
+            if self._counted >= end:
+                raise IncompleteError(f"no Dask worker for {WORKER_S:g} s; start one, then give the same command again")
+            if self._counted - told >= WAITING_S:
+                told = self._counted
+                self._say(f"waiting for a Dask worker, up to {end - told:.0f} s")
+            time.sleep(1.0)
         return self._threads
 
     def _there(self) -> dict[str, int]:
         """Address and threads of every worker. IncompleteError where the scheduler does not answer."""
         try:
             if self._client.status == "running":
-                return dict(cast("dict[str, int]", self._client.nthreads()))
+                return dict(cast("dict[str, int]", within(ANSWER_S, self._client.nthreads, _DEAF, self._say)))
             why = "the connection is gone"
         except (OSError, TimeoutError) as error:
             why = str(error)
         raise IncompleteError(f"the Dask scheduler was lost: {why}")
 
     def _compare(self) -> None:
-        """Asks every connected worker whether it would fly the same bits. UsageError where one would not."""
+        """Asks every connected worker whether it would fly the same bits. UsageError where one would not.
+
+        A worker that goes away meanwhile is not waited for: its replacement is asked when it flies. IncompleteError where
+        a worker does not answer for `READY_S`.
+        """
         self._count()
-        asked = [
-            self._client.submit(ready, self._name, workers=[address], allow_other_workers=True, pure=False)
+        asked = {
+            address: self._client.submit(ready, self._name, workers=[address], allow_other_workers=True, pure=False)
             for address in self._there()
-        ]
-        answers = [answer for future in asked if isinstance(answer := self._answer(future), Unlike)]
-        if answers:
-            what = "\n".join(f"{answer.worker}:\n{answer.why}" for answer in answers)
+        }
+        answers = [self._answer(future) for future in self._answered(asked)]
+        differing = [answer for answer in answers if isinstance(answer, Unlike)]
+        if differing:
+            what = "\n".join(f"{answer.worker}:\n{answer.why}" for answer in differing)
             raise UsageError(f"these Dask workers would fly other bits; start them with the same rvjax and packages\n{what}")
+
+    def _answered(self, asked: Mapping[str, Future]) -> list[Future]:
+        """The futures of workers that have answered or failed, once none is left that may answer."""
+        end, looked, gone = time.monotonic() + READY_S, time.monotonic(), set[str]()
+        while silent := [address for address in asked if asked[address].status == "pending" and address not in gone]:
+            now = time.monotonic()
+            if now >= end:
+                raise IncompleteError(
+                    f"{', '.join(silent)}: no answer for {READY_S:g} s when asked what they would fly; look at the log of these "
+                    "Dask workers, then give the same command again"
+                )
+            if now - looked >= LOOK_S:
+                looked, there = now, self._there()
+                gone.update(address for address in silent if address not in there)
+                self._say(f"waiting for {len(silent)} Dask workers to say what they would fly, up to {end - now:.0f} s")
+            time.sleep(0.05)
+        if gone and len(gone) == len(asked):
+            raise IncompleteError(
+                f"{', '.join(sorted(gone))}: every Dask worker died when asked what it would fly; install the same rvjax[dask] "
+                "there and look at the logs of the workers"
+            )
+        for address in gone:
+            asked[address].cancel()
+        return [future for address, future in asked.items() if address not in gone]
 
     def _answer(self, future: Future) -> Any:
         try:
-            return future.result()
-        except KilledWorker:
+            return within(ANSWER_S, future.result, "a Dask worker does not send its answer", self._say)
+        except IncompleteError:
+            raise
+        except (KilledWorker, CancelledError):
             return None  # its replacement is asked when it flies
         except Exception as error:  # any error of a worker
             raise UsageError(_CANNOT.format(error)) from error
@@ -230,6 +300,47 @@ class Workers:
             while file.data is None and not (self._folder / file.entry.file).exists() and time.monotonic() < late:
                 time.sleep(0.1)
         return result
+
+
+def _try_address(place: str, say: Say) -> None:
+    """UsageError where nobody listens at a scheduler's address. `ucx` is left to Dask."""
+    kind, _, rest = place.partition("://")
+    accepted = "accepted: the address that `dask scheduler` prints"
+    try:
+        host, port = parse_host_port(rest.partition("/")[0])
+    except ValueError as error:
+        raise UsageError(f"--dask {place}: {error}; {accepted}") from error
+    if kind == "ucx":
+        return
+    patience = parse_timedelta(config.get("distributed.comm.timeouts.connect", "30s"))
+    try:
+        reach(host, int(port), patience, say)
+    except (OSError, OverflowError) as error:
+        raise UsageError(f"--dask {place}: nobody listens there for {patience:g} s: {error}; {accepted}") from error
+
+
+def _check_versions(client: Client, say: Say) -> None:
+    """UsageError where a worker or the scheduler has another version of Dask: it may die of what it is sent."""
+    found = cast("dict[str, Any]", within(ANSWER_S, client.get_versions, "a Dask worker or the scheduler does not answer", say))
+    mine = found["client"]["packages"]
+    others = {"the scheduler": found["scheduler"], **found["workers"]}
+    differing = [
+        f"{who}: {name} {theirs}, here {mine[name]}"
+        for who, answer in others.items()
+        for name in ("dask", "distributed")
+        if (theirs := (answer or {}).get("packages", {}).get(name, mine[name])) != mine[name]
+    ]
+    if differing:
+        raise UsageError("these Dask processes have other versions; install the same rvjax[dask] there\n" + "\n".join(differing))
+
+
+def _at_hand(future: Future) -> Any:
+    """The result of a finished task, where it comes soon; else None."""
+    if future.status != "finished":
+        return None
+    with suppress(Exception):
+        return within(LOOK_S, future.result, "")
+    return None
 
 
 def _tell(future: Future, chunk: int, done: Queue[int]) -> None:
@@ -280,7 +391,7 @@ def _order(runner: ChunkRunner, folder: RunFolder, token: str, local: bool) -> W
 def _dismiss(client: Client, name: str) -> None:
     """Makes the workers forget the campaign; does not wait for a worker that does not answer."""
     with suppress(Exception):
-        client.unregister_worker_plugin(name)
+        within(LOOK_S, lambda: client.unregister_worker_plugin(name), _DEAF)
 
 
 def _lost(chunk: int, why: str) -> str:
