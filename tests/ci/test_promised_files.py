@@ -6,6 +6,7 @@ import json
 import os
 import shlex
 import signal
+import socket
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -321,6 +322,7 @@ def test_the_printed_command_resumes_with_every_option(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(baseline, "read", lambda path: None)
+    monkeypatch.setattr("rvjax.execution.executors.waiting.socket.create_connection", lambda *_, **__: socket.socket())
     calls: list[Any] = []
     for module in (check, run_command):
         honest = module.fly_and_judge
