@@ -17,7 +17,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import rvjax
-from rvjax.cli import _help, _streams
+from rvjax.cli import _completion, _help, _streams
 from rvjax.cli._output import Output, say
 from rvjax.errors import CampaignError, Finding, IncompleteError, RvjaxError
 
@@ -29,11 +29,16 @@ COMMANDS = (
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, everything else on stderr.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no hints.")]
-Sets = Annotated[list[str] | None, typer.Option("--set", metavar="PATH=VALUE", help="Replace a campaign value; repeatable.")]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="PATH=VALUE", help="Replace a campaign value; repeatable.", autocompletion=_completion.settings
+    ),
+]
 Samples = Annotated[int | None, typer.Option("--samples", min=1, help="Number of samples; replaces the campaign's.")]
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed; replaces the campaign's.")]
-Campaign = Annotated[Path, typer.Argument(metavar="FILE", help="A campaign file.")]
-Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A run folder.")]
+Campaign = Annotated[Path, typer.Argument(metavar="FILE", help="A campaign file.", autocompletion=_completion.campaigns)]
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A run folder.", autocompletion=_completion.run_folders)]
 Dask = Annotated[
     str | None, typer.Option("--dask", metavar="WHERE", help="Fly on Dask workers: tcp://scheduler:8786, or local:N processes.")
 ]
@@ -47,7 +52,6 @@ def program() -> typer.Typer:
     """The command line with every command."""
     app = typer.Typer(
         cls=_help.Group,
-        add_completion=False,
         no_args_is_help=True,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
@@ -85,6 +89,7 @@ def main() -> NoReturn:
         code = _unexpected(lost) if isinstance(lost, OSError) else ended.code
     except Exception as error:  # noqa: BLE001
         code = _unexpected(error)
+    code = 2 if code == 1 and sys.argv[1].endswith("-completion") else code  # typer ends with 1 in an unknown shell
     sys.exit(_streams.exit_code(code if isinstance(code, int) else 0))
 
 

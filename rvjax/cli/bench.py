@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rvjax.cli import _completion
 from rvjax.cli._app import Json, Quiet
 from rvjax.cli._output import Output, say
 
@@ -17,7 +18,12 @@ if TYPE_CHECKING:
 
 
 def command(
-    file: Annotated[Path | None, typer.Argument(metavar="FILE", help="A campaign file; default: the starter campaign.")] = None,
+    file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="FILE", help="A campaign file; default: the starter campaign.", autocompletion=_completion.campaigns
+        ),
+    ] = None,
     *,
     rounds: Annotated[int, typer.Option("--rounds", min=1, help="Flights of every way, in turn.")] = 3,
     yardsticks: Annotated[

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from rvjax.cli import _completion
 from rvjax.cli._app import Dask, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, overrides
 from rvjax.cli._ci_outputs import CiOutputs
 from rvjax.cli._fly_and_judge import fly_and_judge, judge
@@ -16,7 +17,12 @@ from rvjax.errors import UsageError
 
 
 def command(
-    place: Annotated[Path, typer.Argument(metavar="DIR|FILE", help="A run folder, or a campaign file, which is flown first.")],
+    place: Annotated[
+        Path,
+        typer.Argument(
+            metavar="DIR|FILE", help="A run folder, or a campaign file, which is flown first.", autocompletion=_completion.places
+        ),
+    ],
     *,
     out: Out = None,
     samples: Samples = None,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rvjax.analysis.percentages import chosen, rounded
+from rvjax.cli import _completion
 from rvjax.cli._app import Folder, Json
 from rvjax.cli._output import Output
 from rvjax.errors import UsageError
@@ -22,10 +23,19 @@ if TYPE_CHECKING:
 
 def command(
     folder: Folder,
-    other: Annotated[Path | None, typer.Argument(metavar="DIR", help="Run folder B, the change; the first is A.")] = None,
+    other: Annotated[
+        Path | None,
+        typer.Argument(metavar="DIR", help="Run folder B, the change; the first is A.", autocompletion=_completion.run_folders),
+    ] = None,
     *,
     baseline: Annotated[
-        str | None, typer.Option("--baseline", metavar="NAME", help="Compare the run (B) with a baseline inside it (A).")
+        str | None,
+        typer.Option(
+            "--baseline",
+            metavar="NAME",
+            help="Compare the run (B) with a baseline inside it (A).",
+            autocompletion=_completion.baselines,
+        ),
     ] = None,
     margin: Annotated[float, typer.Option("--margin", help="Accepted loss of a share from A to B; 0: is B better?")] = 0.0,
     confidence: Annotated[float, typer.Option("--confidence", help="Confidence of the verdicts and intervals.")] = 0.95,

@@ -7,12 +7,18 @@ from typing import Annotated
 
 import typer
 
+from rvjax.cli import _completion
 from rvjax.cli._app import Json
 from rvjax.cli._output import Output
 
 
 def command(
-    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help="A run folder whose files are verified as well.")] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="DIR", help="A run folder whose files are verified as well.", autocompletion=_completion.run_folders
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """Check the installation, and with DIR every file of a run."""

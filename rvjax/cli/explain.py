@@ -6,12 +6,18 @@ from typing import Annotated
 
 import typer
 
+from rvjax.cli import _completion
 from rvjax.cli._app import Json
 from rvjax.cli._output import Output
 
 
 def command(
-    name: Annotated[str, typer.Argument(help="A component, metric, distribution, or section of the campaign file.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="A component, metric, distribution, or section of the campaign file.", autocompletion=_completion.topics
+        ),
+    ],
     as_json: Json = False,
 ) -> int:
     """Show a component's equations, source, parameters and units."""

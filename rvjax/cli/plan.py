@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rvjax.analysis.percentages import chosen
+from rvjax.cli import _completion
 from rvjax.cli._app import Json
 from rvjax.cli._output import Output
 from rvjax.errors import UsageError
@@ -19,7 +20,12 @@ if TYPE_CHECKING:
 
 
 def command(
-    file: Annotated[Path | None, typer.Argument(metavar="FILE", help="A campaign file, for each of its requirements.")] = None,
+    file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="FILE", help="A campaign file, for each of its requirements.", autocompletion=_completion.campaigns
+        ),
+    ] = None,
     *,
     at_least: Annotated[float | None, typer.Option("--at-least", help="Share of good samples that is required.")] = None,
     at_most: Annotated[float | None, typer.Option("--at-most", help="Share of bad samples that is allowed.")] = None,

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from rvjax.cli import _completion
 from rvjax.cli._app import Folder, Json
 from rvjax.cli._output import Output
 from rvjax.columns import METRIC
@@ -15,7 +16,7 @@ from rvjax.columns import METRIC
 def command(
     folder: Folder,
     *,
-    sample: Annotated[int, typer.Option("--sample", min=0, help="Number of the sample.")],
+    sample: Annotated[int, typer.Option("--sample", min=0, help="Number of the sample.", autocompletion=_completion.samples)],
     out: Annotated[Path | None, typer.Option("--out", metavar="F", help="Trace file, .parquet or .csv.")] = None,
     every: Annotated[int, typer.Option("--every", min=1, metavar="N", help="Keep every N-th step.")] = 1,
     as_json: Json = False,

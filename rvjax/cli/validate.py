@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rvjax.cli import _completion
 from rvjax.cli._app import Json, Samples, Seed, Sets, overrides
 from rvjax.cli._output import Output
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def command(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE…", help="Campaign files.")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE…", help="Campaign files.", autocompletion=_completion.campaigns)],
     *,
     samples: Samples = None,
     seed: Seed = None,
