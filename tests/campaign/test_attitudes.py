@@ -14,6 +14,7 @@ from ruamel.yaml import YAML
 from scipy.spatial.transform import Rotation
 
 from rvjax.campaign import load, parse
+from rvjax.campaign.attitudes import read_attitude
 from rvjax.components.manual import campaign_schema
 from rvjax.physics.vectors import Vector, rotation
 from rvjax.simulation.draws import Draws
@@ -59,6 +60,15 @@ def test_half_a_turn_has_norm_one(axis: list[float]) -> None:
     """Kills: a norm above 1 after rounding, which the range refuses."""
     found = sigma({"quaternion": {"scalar_last": [*axis, 0]}})
     np.testing.assert_allclose(found, axis, atol=1e-12)
+
+
+def test_no_half_turn_has_a_norm_above_one() -> None:
+    """2,000 axes, of which rounding lengthens many. Kills: |σ| that is above 1 by the last bit."""
+    axes = np.random.default_rng(1).normal(size=(2_000, 3))
+    for axis in (axes / np.linalg.norm(axes, axis=1)[:, None]).tolist():
+        found = read_attitude({"quaternion": {"scalar_last": [*axis, 0]}})
+        assert found is not None
+        assert math.hypot(*found) <= 1.0
 
 
 @pytest.mark.parametrize("angles", list(product((-170.0, 0.0, 35.0), (-89.0, 0.0, 50.0), (-20.0, 179.0))))

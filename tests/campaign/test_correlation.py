@@ -189,10 +189,27 @@ def test_a_covariance_is_reached() -> None:
         assert np.max(np.abs(found - c) / error) < stats.norm.isf(ALPHA / 18)
 
 
+def test_a_covariance_makes_the_draws_jointly_normal() -> None:
+    """The draws are L z of the independent draws z, C = L Lᵀ by LAPACK. Kills: 2 sin(πr/6) for r, which a covariance does
+    not notice."""
+    means = np.array([1.0, 0.0, 0.0])[:, None]
+    plain, found = (
+        np.array([drawn[name] for name in SPEEDS]) - means
+        for drawn in (normal_draws(), normal_draws(covariance(SPEEDS, COVARIANCE)))
+    )
+    z = plain / np.array([2.0, 3.0, 0.5])[:, None]
+    np.testing.assert_allclose(found, np.linalg.cholesky(np.array(COVARIANCE)) @ z, atol=1e-9)
+
+
 def test_a_covariance_ties_draws() -> None:
-    """A correlation that is 1 up to rounding is a tie: one draw is the other's multiple."""
-    drawn = normal_draws(covariance(SPEEDS[1:], [[9.0, -1.5], [-1.5, 0.25]]))
-    np.testing.assert_allclose(drawn[SPEEDS[2]], -drawn[SPEEDS[1]] / 6.0, atol=1e-12)
+    """A correlation that is −1 up to rounding, here −0.9999999999999999, is a tie: one draw is the other's multiple.
+
+    Kills: a matrix that is refused for its last digit."""
+    laws = "start.nu_m_s=[{normal: [0, 0.9]}, {normal: [0, 0.1]}, 0]"
+    r = -0.09 / math.sqrt(0.81 * 0.01)
+    assert r != -1.0
+    drawn = normal_draws(laws, covariance(SPEEDS[:2], [[0.81, -0.09], [-0.09, 0.01]]))
+    np.testing.assert_allclose(drawn[SPEEDS[0]], -9.0 * drawn[SPEEDS[1]], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -250,4 +250,32 @@ MUTANTS = (
         "return dot(step.motion.rho",
         "physics/test_margins.py::test_the_closing_speed_is_the_rate_of_the_distance",
     ),
+    Mutant(
+        "a tie that rises instead of falling",
+        "components/samplers/copula.py",
+        "np.clip(1.0 - numbers, LEAST, MOST) if falls",
+        "numbers if falls",
+        "campaign/test_correlation.py::test_tied_draws_rise_and_fall_together",
+    ),
+    Mutant(
+        "the scalar part of a quaternion at the other end",
+        "campaign/attitudes.py",
+        "(q[:3], q[3]) if order == ORDERS[0]",
+        "(q[:3], q[3]) if order != ORDERS[0]",
+        "campaign/test_attitudes.py::test_a_quaternion_is_its_mrp",
+    ),
+    Mutant(
+        "a sign in the Euler angles",
+        "campaign/attitudes.py",
+        "cz * cy * sx - sz * sy * cx",
+        "cz * cy * sx + sz * sy * cx",
+        "campaign/test_attitudes.py::test_euler_angles_are_3_2_1",
+    ),
+    Mutant(
+        "the order of the products of inertia",
+        "campaign/inertia.py",
+        '"yz": (1, 2), "xz": (0, 2), "xy": (0, 1)',
+        '"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)',
+        "campaign/test_inertia_notation.py::test_every_notation_is_the_body",
+    ),
 )
