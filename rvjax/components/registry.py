@@ -7,14 +7,16 @@ error.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any, Generic, TypeVar
 
-from rvjax.campaign import Model
+from rvjax.campaign import Model, Spec
+from rvjax.campaign.problems import Problem
+from rvjax.components.effect import Neutral
 from rvjax.errors import UsageError
 
 FAMILIES = ("controllers", "disturbances", "faults", "metrics", "navigation", "samplers", "searches")
@@ -35,16 +37,27 @@ _PACKAGES = {"searches": "search_methods"}
 P = TypeVar("P", bound=Model)
 
 
+def _no_problems(parameters: Model, spec: Spec) -> Iterable[Problem]:
+    """The default of the checks of a component."""
+    del parameters, spec
+    return ()
+
+
 @dataclass(frozen=True)
 class Component(Generic[P]):
     """parameters: the model of its section in a campaign. build(parameters) → the functions that a flight calls.
 
     noisy: its numbers also hold `noise`, the key of a random stream that is different in every sample (`rvjax.physics.noise`).
+    neutral: the values with which it does nothing. silent(parameters, campaign): why else it does nothing in any sample.
+    coarse(parameters, campaign): what of it the steps of the integration cannot follow. Both without a flight.
     """
 
     parameters: type[P]
     build: Callable[[P], Any]
     noisy: bool = False
+    neutral: Neutral = ()
+    silent: Callable[[P, Spec], Iterable[Problem]] = _no_problems
+    coarse: Callable[[P, Spec], Iterable[Problem]] = _no_problems
 
 
 @cache

@@ -19,7 +19,7 @@ from rvjax.campaign.schedule import Schedule
 from rvjax.columns import CHANNELS, Column, metric_and_channel
 from rvjax.components.faults.interface import FaultParameters
 from rvjax.components.metrics.interface import Metric
-from rvjax.components.registry import FAMILY_OF, component, members
+from rvjax.components.registry import FAMILY_OF, Component, component, members
 from rvjax.errors import CampaignError, Finding
 from rvjax.physics.saturation import SATURATIONS
 from rvjax.physics.thruster_allocation import Allocation, ThrusterSystem, bounded_least_squares, pseudo_inverse, wrench
@@ -40,13 +40,17 @@ CONTROLLERS = ("controller", "baselines")
 class Part:
     """The quantities of a component by field, and the prefix of their names in the draws.
 
-    noisy: it also gets the key of a random stream. schedule: of a fault that acts on some of its channels only.
+    noisy: it also gets the key of a random stream. schedule: of a fault that acts on some of its channels only. component,
+    parameters, place: where they come from.
     """
 
     prefix: str
     quantities: Mapping[str, Quantity]
     noisy: bool = False
     schedule: Schedule | None = None
+    component: Component[Any] | None = None
+    parameters: Model | None = None
+    place: Place = ()
 
 
 @dataclass(frozen=True)
@@ -126,7 +130,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         build[choice.path] = member.build(model)
         schedule = model.schedule if isinstance(model, FaultParameters) else None
         quantities = {name: quantity for name, quantity in model.quantities().items() if not name.startswith("schedule.")}
-        part[choice.path] = Part(choice.prefix, quantities, member.noisy, schedule)
+        part[choice.path] = Part(choice.prefix, quantities, member.noisy, schedule, member, model, choice.path)
         drawn |= model.quantities(choice.prefix)
     dispersions = resolve(spec, spec.quantities() | drawn, sampler.build(parameters[spec.sampler.path]))
     if wrong := requirement_checks.findings(spec, dispersions.columns):
@@ -178,7 +182,6 @@ def _parameters(entry: Entry, outline: Outline, source: Source) -> tuple[Model |
     model, findings = validate(component(FAMILY_OF[section], use).parameters, values, place, source, actuators)
     if isinstance(model, FaultParameters):
         model = _on_channels(model)
-        findings += _late_onsets(model, place, outline, source)
     return model, findings
 
 
@@ -192,15 +195,6 @@ def _on_channels(model: FaultParameters) -> FaultParameters:
 
     quantities = model.quantities().items()
     return model.model_copy(update={name: masked(name, q) for name, q in quantities if q.shape in ("channels", "thrusters")})
-
-
-def _late_onsets(model: FaultParameters, place: Place, outline: Outline, source: Source) -> list[Finding]:
-    """A finding if a fault can only begin after the end of the flight."""
-    earliest = min(low for low, _ in model.onset_s.supports)
-    if outline.duration_s is None or earliest < outline.duration_s:
-        return []
-    message = f"the earliest onset of {earliest:g} s is not before the end of the flight"
-    return [source.finding((*place, "onset_s"), message, f"accepted: an onset below {outline.duration_s:g} s")]
 
 
 def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> AvailableSignals:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from rvjax.campaign import Model, Quantity, vector
 from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.effect import zero
 from rvjax.components.registry import Component
 from rvjax.physics.dynamics import Relative
 from rvjax.physics.state import Numbers, Plant, State
@@ -26,4 +27,4 @@ def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], 
     return Channels(numbers.force_N, numbers.torque_Nm)
 
 
-COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))
+COMPONENT = Component(Parameters, lambda parameters: Disturbance(push), neutral=(zero("force_N", "torque_Nm"),))

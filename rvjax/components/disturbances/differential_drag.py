@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from rvjax.campaign import Model, Quantity, scalar
 from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.effect import zero
 from rvjax.components.registry import Component
 from rvjax.physics.dynamics import Relative
 from rvjax.physics.state import Numbers, Plant, State
@@ -42,4 +43,8 @@ def drag(v: Vector, ballistic: Scalar, numbers: Numbers) -> Vector:
     return v * (-0.5 * numbers.density_kg_m3 * ballistic * norm(v))
 
 
-COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))
+COMPONENT = Component(
+    Parameters,
+    lambda parameters: Disturbance(push),
+    neutral=(zero("density_kg_m3"), zero("pursuer_m2_kg", "target_m2_kg")),
+)

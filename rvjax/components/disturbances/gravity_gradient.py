@@ -7,8 +7,12 @@ P. Hughes, "Spacecraft attitude dynamics", 2004, §8.1.
 
 from __future__ import annotations
 
-from rvjax.campaign import Model
+from collections.abc import Iterator
+
+from rvjax.campaign import Model, Spec
+from rvjax.campaign.problems import Problem
 from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.effect import has
 from rvjax.components.registry import Component
 from rvjax.physics.dynamics import Relative, gravity_gradient
 from rvjax.physics.state import Numbers, Plant, State
@@ -25,4 +29,13 @@ def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], 
     return Channels(y.motion.rho * 0.0, gravity_gradient(known.position, plant.inertia))
 
 
-COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))
+def silent(parameters: Parameters, campaign: Spec) -> Iterator[Problem]:
+    """A problem if J is that of a sphere in every sample: r×Jr = 0 then, up to rounding."""
+    del parameters
+    moments, products = campaign.pursuer.inertia_kgm2.entries
+    ends = {end for support in moments.supports for end in support}
+    if len(ends) == 1 and (products is None or has(products, 0.0)) and has(campaign.pursuer.centre_of_mass_m, 0.0):
+        yield Problem("the pursuer has the same moment of inertia about every axis", "accepted: another pursuer.inertia_kgm2")
+
+
+COMPONENT = Component(Parameters, lambda parameters: Disturbance(push), silent=silent)

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 
 from rvjax.campaign import Model, Quantity, channels, vector
 from rvjax.components.disturbances.interface import Disturbance, without_silent
+from rvjax.components.effect import zero
 from rvjax.components.registry import Component
 from rvjax.physics.dynamics import Relative
 from rvjax.physics.noise import normals
@@ -56,4 +57,6 @@ def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: Channels, n
     return memory
 
 
-COMPONENT = Component(Parameters, lambda parameters: Disturbance(push, start, keep), noisy=True)
+COMPONENT = Component(
+    Parameters, lambda parameters: Disturbance(push, start, keep), noisy=True, neutral=(zero("force_N", "torque_Nm"),)
+)

@@ -19,7 +19,9 @@ from pydantic import model_validator
 from rvjax.campaign import Model, Quantity, scalar, vector
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.effect import zero
 from rvjax.components.registry import Component
+from rvjax.components.wrench_over_time import pulse_problem, pulse_warnings
 from rvjax.physics.dynamics import Relative
 from rvjax.physics.state import Numbers, Plant, State
 from rvjax.physics.vectors import Channels, Scalar
@@ -63,4 +65,10 @@ def rising(x: Scalar) -> Scalar:
     return inside * inside * inside * (10.0 + inside * (6.0 * inside - 15.0))
 
 
-COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))
+COMPONENT = Component(
+    Parameters,
+    lambda parameters: Disturbance(push),
+    neutral=(zero("force_N", "torque_Nm"), zero("strength")),
+    silent=pulse_problem,
+    coarse=pulse_warnings,
+)

@@ -9,7 +9,9 @@ from collections.abc import Iterator
 
 from rvjax.campaign import Model, Quantity, channels, vector
 from rvjax.components.disturbances.interface import Disturbance, without_silent
+from rvjax.components.effect import zero
 from rvjax.components.registry import Component
+from rvjax.components.wrench_over_time import fast_sinusoid
 from rvjax.physics.dynamics import Relative
 from rvjax.physics.fast_trig import sin
 from rvjax.physics.state import Numbers, Plant, State
@@ -35,4 +37,9 @@ def push(t: Scalar, y: State, known: Relative, plant: Plant, memory: tuple[()], 
     return each(lambda a, w, phi: a * sin(w * t + phi), amplitude, numbers.rate_rad_s, numbers.phase_rad)
 
 
-COMPONENT = Component(Parameters, lambda parameters: Disturbance(push))
+COMPONENT = Component(
+    Parameters,
+    lambda parameters: Disturbance(push),
+    neutral=(zero("force_N", "torque_Nm"),),
+    coarse=lambda p, campaign: fast_sinusoid(p.force_N, p.torque_Nm, p.rate_rad_s, campaign),
+)

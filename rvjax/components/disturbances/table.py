@@ -21,7 +21,9 @@ from rvjax.campaign import Model, Quantity, Series, option, scalar, series
 from rvjax.campaign.plain_values import describe, is_list, is_number
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.effect import zero
 from rvjax.components.registry import Component
+from rvjax.components.wrench_over_time import table_problem, table_warnings
 from rvjax.physics.dynamics import Relative
 from rvjax.physics.state import Numbers, Plant, State, Tick
 from rvjax.physics.vectors import Channels, Scalar
@@ -146,4 +148,4 @@ def build(parameters: Parameters) -> Disturbance:
     return Disturbance(push, partial(start, table), partial(keep, table))
 
 
-COMPONENT = Component(Parameters, build)
+COMPONENT = Component(Parameters, build, neutral=(zero("scale"),), silent=table_problem, coarse=table_warnings)

@@ -26,4 +26,4 @@ def failed(u: Channels, since: Channels, memory: tuple[()], upper: Channels, num
     return u + numbers.share * upper
 
 
-COMPONENT = Component(Parameters, lambda parameters: fault(failed))
+COMPONENT = Component(Parameters, lambda parameters: fault(failed), neutral=({"share": 0.0},))

@@ -33,4 +33,4 @@ def failed(u: Channels, since: Channels, memory: tuple[()], upper: Channels, num
     return each(drifted, u, since, upper, numbers.growth, numbers.most)
 
 
-COMPONENT = Component(Parameters, lambda parameters: fault(failed))
+COMPONENT = Component(Parameters, lambda parameters: fault(failed), neutral=({"growth": 0.0}, {"most": 0.0}))

@@ -26,4 +26,4 @@ def failed(u: Channels, since: Channels, memory: tuple[()], upper: Channels, num
     return numbers.remaining * u
 
 
-COMPONENT = Component(Parameters, lambda parameters: fault(failed))
+COMPONENT = Component(Parameters, lambda parameters: fault(failed), neutral=({"remaining": 1.0},))

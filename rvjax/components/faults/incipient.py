@@ -35,4 +35,4 @@ def failed(u: Channels, since: Channels, memory: tuple[()], upper: Channels, num
     return each(reduced, u, since, numbers.loss, numbers.growth)
 
 
-COMPONENT = Component(Parameters, lambda parameters: fault(failed))
+COMPONENT = Component(Parameters, lambda parameters: fault(failed), neutral=({"loss": 0.0},))

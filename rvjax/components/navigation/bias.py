@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from rvjax.campaign import Model, Quantity, vector
+from rvjax.components.effect import zero
 from rvjax.components.navigation.interface import NavigationError, displaced
 from rvjax.components.registry import Component
 from rvjax.physics.state import Motion, Numbers
@@ -31,4 +32,6 @@ def see(t: Scalar, motion: Motion, memory: Any, numbers: Numbers) -> Motion:
     return displaced(motion, numbers)
 
 
-COMPONENT = Component(Parameters, lambda parameters: NavigationError(see))
+NEUTRAL = zero("position_m", "velocity_m_s", "attitude_rad", "rate_rad_s")
+
+COMPONENT = Component(Parameters, lambda parameters: NavigationError(see), neutral=(NEUTRAL,))

@@ -12,6 +12,7 @@ from __future__ import annotations
 import jax.numpy as jnp
 
 from rvjax.campaign import Model, Quantity, vector
+from rvjax.components.effect import zero
 from rvjax.components.navigation.interface import NavigationError
 from rvjax.components.registry import Component
 from rvjax.physics.noise import normals
@@ -51,4 +52,9 @@ def see(t: Scalar, motion: Motion, memory: Vector, numbers: Numbers) -> Motion:
     return motion._replace(omega=motion.omega + memory)
 
 
-COMPONENT = Component(Parameters, lambda parameters: NavigationError(see, start, keep), noisy=True)
+COMPONENT = Component(
+    Parameters,
+    lambda parameters: NavigationError(see, start, keep),
+    noisy=True,
+    neutral=(zero("bias_rad_s", "walk_rad_s"),),
+)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rvjax.campaign import Model, Quantity, vector
+from rvjax.components.effect import zero
 from rvjax.components.navigation.interface import NavigationError, displaced
 from rvjax.components.registry import Component
 from rvjax.physics.noise import normals
@@ -57,4 +58,4 @@ def see(t: Scalar, motion: Motion, memory: Errors, numbers: Numbers) -> Motion:
     return displaced(motion, memory)
 
 
-COMPONENT = Component(Parameters, lambda parameters: NavigationError(see, start, keep), noisy=True)
+COMPONENT = Component(Parameters, lambda parameters: NavigationError(see, start, keep), noisy=True, neutral=(zero(*MEASURED),))
