@@ -159,9 +159,11 @@ class Corridor(Model):
 
 
 class AuditRules(Model):
-    """Exceptions to the audit of the dispersions."""
+    """Exceptions to the audit."""
 
-    allow: tuple[str, ...] = option(default=[], doc="draws that may have no effect: their names, or the beginning of their names")
+    allow: tuple[str, ...] = option(
+        default=[], doc="draws and fixed inputs that may have no effect: their names, or the beginning of their names"
+    )
 
 
 class Spec(Model):
@@ -205,7 +207,7 @@ class Spec(Model):
     )
     require: tuple[Requirement, ...] = part(default=[], doc="requirements, judged after the flights")
     keep: Keep = part(default={}, doc="flights that are kept as traces")
-    audit: AuditRules = part(default={}, doc="check before the first flight that every dispersion has an effect")
+    audit: AuditRules = part(default={}, doc="check before the first flight that every draw and every fixed input has an effect")
 
     tune: Tuning | None = part(default=None, doc="what `rvjax tune` searches; it does not affect flights")
 

@@ -54,6 +54,10 @@ class Output:
         if not self.quiet:
             say(text, sys.stderr)
 
+    def warning(self, text: str) -> None:
+        """A warning on stderr, even with --quiet."""
+        say(f"warning: {text}", sys.stderr)
+
     def table(self, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """A plain table as wide as the terminal; nothing with --json."""
         if self.as_json:

@@ -38,6 +38,7 @@ def command(
 def _load(files: Sequence[Path], values: Sequence[str]) -> dict[str, Problem]:
     """The problem of every file. CampaignError with the findings of all files."""
     from rvjax.errors import CampaignError
+    from rvjax.simulation.effect import refused
     from rvjax.simulation.problem import load
 
     findings = []
@@ -45,6 +46,7 @@ def _load(files: Sequence[Path], values: Sequence[str]) -> dict[str, Problem]:
     for file in files:
         try:
             problem = load(file, values)
+            findings += refused(problem)
             if problem.spec.tune is not None:
                 from rvjax.search.tuning.tune import prepare
 
@@ -58,8 +60,9 @@ def _load(files: Sequence[Path], values: Sequence[str]) -> dict[str, Problem]:
 
 
 def _describe(file: str, problem: Problem, audit: bool, output: Output) -> dict[str, object]:
-    """Prints the cost of a campaign, its losses of single thrusters and its audit; returns them as a document."""
+    """Prints the cost of a campaign, its losses of single thrusters, warnings and its audit; returns them as a document."""
     from rvjax.simulation.cost import cost
+    from rvjax.simulation.effect import warnings
 
     expected, losses = cost(problem), problem.spec.actuators.losses
     output.text(f"{file}: {expected}")
@@ -71,6 +74,11 @@ def _describe(file: str, problem: Problem, audit: bool, output: Output) -> dict[
     if losses:
         output.table(("thruster lost", "rank", "limits left", "first on"), _grouped(losses))
         document["single_losses"] = [vars(loss) for loss in losses]
+    cautions = [str(warning) for warning in warnings(problem)]
+    for caution in cautions:
+        output.warning(caution)
+    if cautions:
+        document["warnings"] = cautions
     if audit:
         proof = _audit(problem)
         output.text(f"{file}: {proof}")

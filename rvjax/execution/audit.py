@@ -1,8 +1,10 @@
-"""Audit: proof that every dispersion reaches the flight, and that it acts.
+"""Audit: proof that every dispersion reaches the flight, and that it acts; and that every fixed input acts.
 
     read back   the numbers inside the compiled program at t = 0 equal the table: bit for bit where a draw is a number of the
                 flight, by an independent formula where numbers are derived from draws
     effect      moving a single stream changes some number of the state or of the metrics
+    fixed       so does switching off a single fixed input (`audit_fixed`); without a flight where its numbers show that it does
+                nothing (`rvjax.simulation.effect`)
 
 A pair of lanes flies the same sample twice, with a stream moved in the second lane. So a single chunk of the campaign's program
 tries all streams. Where a pair stays equal to the last bit, other samples are tried, those with an early fault first.
@@ -11,8 +13,8 @@ tries all streams. Where a pair stays equal to the last bit, other samples are t
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any
 
@@ -27,9 +29,10 @@ from rvjax.campaign.plain_values import Place, is_list, is_mapping
 from rvjax.campaign.quantity import COMPONENTS
 from rvjax.campaign.thruster_layout import thruster_names
 from rvjax.errors import AuditError, CampaignError
+from rvjax.execution.audit_fixed import Probe, permitted, probes, switched_off
 from rvjax.execution.audit_readback import ReadBack, readings
 from rvjax.run_folder import Audited
-from rvjax.simulation import jax_config
+from rvjax.simulation import effect, jax_config
 from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
@@ -37,6 +40,12 @@ from rvjax.simulation.flight import Carry
 from rvjax.simulation.problem import Problem
 
 Values = NDArray[np.float64]
+
+Pair = tuple[str, int]
+"""What is changed in the second lane of a pair, and the sample of both lanes."""
+
+Fly = Callable[[list[Pair]], dict[str, str]]
+"""Flies pairs. Returns what acted, each with the number that it changed."""
 
 POOL = 8 * LANES
 """Number of samples from which those for a stream are chosen."""
@@ -52,13 +61,17 @@ LOOK_S = 5.0
 class Audit:
     """streams: number tried. columns: number read back. unlike: sentences on numbers that differ between flight and table.
     idle: stream without an effect → number of samples tried. moved: stream with an effect → the number of the state, else of a
-    metric, that it changed most when the effect was first seen."""
+    metric, that it changed most when the effect was first seen. fixed: number of fixed inputs that were switched off. inert:
+    fixed input without an effect → why. warnings: sentences on inputs that the steps cannot follow."""
 
     streams: int
     columns: int
     unlike: tuple[str, ...]
     idle: Mapping[str, int]
     moved: Mapping[str, str]
+    fixed: int = 0
+    inert: Mapping[str, str] = field(default_factory=dict[str, str])
+    warnings: tuple[str, ...] = ()
 
     @property
     def record(self) -> Audited:
@@ -69,21 +82,44 @@ class Audit:
             acting=len(self.moved),
             idle=dict(self.idle),
             moved=dict(self.moved),
+            fixed=self.fixed,
+            inert=dict(self.inert),
+            warnings=list(self.warnings),
         )
 
     def __str__(self) -> str:
-        allowed = f"; without an effect, as allowed: {', '.join(self.idle)}" if self.idle else ""
+        fixed = "" if not self.fixed else f"; {self.fixed} fixed input{'' if self.fixed == 1 else 's'} switched off"
+        idle = [*self.idle, *self.inert]
+        allowed = f"; without an effect, as allowed: {', '.join(idle)}" if idle else ""
         equal = f"audit: {self.columns} columns are equal in the flight and in the table"
-        return f"{equal}; {len(self.moved)} dispersions each act alone{allowed}"
+        return f"{equal}; {len(self.moved)} dispersions each act alone{fixed}{allowed}"
 
 
 def audit(problem: Problem, flyer: Flyer) -> Audit:
-    """Flies the audit of a problem, with the program that flies its samples."""
+    """Flies the audit of the dispersions of a problem, with the program that flies its samples."""
     pool, _ = Draws.of(problem, np.arange(POOL, dtype=np.int64))
-    waiting = {name: _candidates(problem, pool, name) for name in pool.streams}
-    tried: Counter[str] = Counter()
     unlike: dict[str, str] = {}
     columns: set[str] = set()
+
+    def fly(pairs: list[Pair]) -> dict[str, str]:
+        acted, read = _fly(problem, flyer, pairs)
+        columns.update(column for reading in read for column in reading.columns)
+        unlike.update({" ".join(reading.columns): sentence for reading in read if (sentence := _unlike(reading))})
+        return acted
+
+    moved, idle = _search({name: _candidates(problem, pool, name) for name in pool.streams}, fly)
+    missing = set(pool.values) - columns
+    unlike |= {name: f"{name}: no number of the flight shows this draw" for name in sorted(missing)}
+    moved = {name: moved[name] for name in pool.streams if name in moved}
+    return Audit(len(pool.streams), len(columns), tuple(unlike.values()), idle, moved)
+
+
+def _search(
+    waiting: dict[str, Iterator[int]], fly: Callable[[list[Pair]], dict[str, str]]
+) -> tuple[dict[str, str], dict[str, int]]:
+    """(what acted → the number that it changed, what did not → number of samples tried). waiting: by name, the samples on which
+    it is tried."""
+    tried: Counter[str] = Counter()
     moved: dict[str, str] = {}
     for _ in range(ROUNDS):
         names = list(waiting)
@@ -92,18 +128,38 @@ def audit(problem: Problem, flyer: Flyer) -> Audit:
             pairs = [(name, sample) for name in group for sample in islice(waiting[name], LANES // 2 // len(group))]
             if not pairs:
                 continue
-            acted, read = _fly(problem, flyer, pairs)
+            acted = fly(pairs)
             tried.update(name for name, _ in pairs)
-            columns |= {column for reading in read for column in reading.columns}
-            unlike |= {" ".join(reading.columns): sentence for reading in read if (sentence := _unlike(reading))}
             moved |= acted
             for name in acted:
                 del waiting[name]
-    idle = {name: tried[name] for name in waiting}
-    missing = set(pool.values) - columns
-    unlike |= {name: f"{name}: no number of the flight shows this draw" for name in sorted(missing)}
-    moved = {name: moved[name] for name in pool.streams if name in moved}
-    return Audit(len(pool.streams), len(columns), tuple(unlike.values()), idle, moved)
+    return moved, {name: tried[name] for name in waiting}
+
+
+def audit_fixed(problem: Problem, flyer: Flyer) -> tuple[list[Probe], dict[str, int]]:
+    """(the fixed inputs that were switched off, those of them without an effect → number of samples tried)."""
+    pool, _ = Draws.of(problem, np.arange(POOL, dtype=np.int64))
+    all_probes = {probe.name: probe for probe in probes(problem, pool.streams)}
+
+    def fly(pairs: list[Pair]) -> dict[str, str]:
+        samples, second = _lanes(pairs)
+        _, drawn = Draws.of(problem, samples)
+        drawn = switched_off(problem, drawn, [(all_probes[name], lanes) for name, lanes in second.items()])
+        return _acted(problem, flyer, [name for name, _ in pairs], drawn)
+
+    _, idle = _search({name: _failing(problem, pool, probe) for name, probe in all_probes.items()}, fly)
+    return list(all_probes.values()), idle
+
+
+def _failing(problem: Problem, pool: Draws, probe: Probe) -> Iterator[int]:
+    """Samples of the pool on which a fixed input is tried. For a channel of a fault with a schedule: those in which it fails."""
+    onsets = [pool.values.get(f"{problem.faults[probe.part].prefix}.onset_s.{channel}") for channel in probe.channels]
+    known = [onset for onset in onsets if onset is not None]
+    if not known:
+        yield from range(POOL)
+        return
+    first = np.min(known, axis=0)
+    yield from (int(sample) for sample in np.argsort(first, kind="stable")[: np.count_nonzero(np.isfinite(first))])
 
 
 def prove(problem: Problem, flyer: Flyer, baseline: bool = False) -> Audit:
@@ -112,24 +168,39 @@ def prove(problem: Problem, flyer: Flyer, baseline: bool = False) -> Audit:
     baseline: another controller flies the draws of an audited campaign. If it loses a flight before the faults begin, they have
     no effect; so only the draws of the controller have to act.
 
-    Errors: AuditError where a number of the flight differs from the table; CampaignError naming every dispersion that
-    does nothing and is not in audit.allow.
+    Errors: AuditError where a number of the flight differs from the table; CampaignError naming every dispersion and every fixed
+    input that does nothing and is not in audit.allow.
     """
+    if not baseline and (wrong := effect.refused(problem)):
+        raise CampaignError(wrong)
     result = audit(problem, flyer)
     if result.unlike:
         sentences = "\n".join(result.unlike)
         raise AuditError(f"internal error (a bug in rvjax): the flight differs from the table; please report it\n{sentences}")
-    source, allowed = problem.spec.source, problem.spec.audit.allow
     judged = [name for name in result.idle if not baseline or covers("controller", name)]
-    if wrong := [name for name in judged if not any(covers(prefix, name) for prefix in allowed)]:
-        raise CampaignError(source.finding(_place(source.value, name), *_no_effect(name, result.idle[name])) for name in wrong)
-    return result
+    source = problem.spec.source
+    findings = [
+        source.finding(_place(source.value, name), *_no_effect(name, "moving it alone", "a dispersion", result.idle[name]))
+        for name in judged
+        if not effect.allowed(problem, name)
+    ]
+    fixed, idle = ([], {}) if baseline else audit_fixed(problem, flyer)
+    findings += [
+        source.finding(probe.place, *_no_effect(probe.name, "switching it off", "an input", idle[probe.name]))
+        for probe in fixed
+        if probe.name in idle and not effect.allowed(problem, probe.name)
+    ]
+    if findings:
+        raise CampaignError(findings)
+    warnings = () if baseline else tuple(f"{finding.path}: {finding.found}" for finding in effect.warnings(problem))
+    inert = {} if baseline else permitted(problem, fixed, idle)
+    return replace(result, fixed=len(fixed), inert=inert, warnings=warnings)
 
 
-def _no_effect(name: str, tried: int) -> tuple[str, str]:
-    """The two halves of the finding on a dispersion without an effect."""
-    what = f"{name} does nothing: moving it alone changed no number in {tried} flights"
-    return what, "accepted: a dispersion that acts, or its name under audit.allow"
+def _no_effect(name: str, change: str, what: str, tried: int) -> tuple[str, str]:
+    """The two halves of the finding on an input without an effect."""
+    message = f"{name} does nothing: {change} changed no number in {tried} flights"
+    return message, f"accepted: {what} that acts, or its name under audit.allow"
 
 
 def _place(node: Any, name: str) -> Place:
@@ -184,20 +255,36 @@ def _draws_under(prefix: str, draws: Draws) -> list[tuple[str, Values]]:
     return [(name, values) for name, values in draws.values.items() if covers(prefix, name)]
 
 
-def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[dict[str, str], list[ReadBack]]:
+def _fly(problem: Problem, flyer: Flyer, pairs: list[Pair]) -> tuple[dict[str, str], list[ReadBack]]:
     """The streams that acted in a pair, each with the number it changed; and the numbers read back from all lanes."""
-    samples = np.resize(np.repeat([sample for _, sample in pairs], 2), LANES).astype(np.int64)
-    names = [name for name, _ in pairs]
-    moved = {name: np.zeros(LANES, dtype=bool) for name in names}
-    for place, name in enumerate(names):
-        moved[name][2 * place + 1] = True
+    samples, moved = _lanes(pairs)
     draws, drawn = Draws.of(problem, samples, moved)
-    acted: dict[str, str] = {}
     read: list[ReadBack] = []
 
-    def look(numbers: Drawn, carry: Carry) -> bool:
+    def read_back(numbers: Drawn) -> None:
         if not read:
             read.extend(readings(problem, draws, numbers))
+
+    return _acted(problem, flyer, [name for name, _ in pairs], drawn, read_back), read
+
+
+def _lanes(pairs: list[Pair]) -> tuple[NDArray[np.int64], dict[str, NDArray[np.bool_]]]:
+    """The sample of every lane; and, by name, the second lanes of its pairs."""
+    samples = np.resize(np.repeat([sample for _, sample in pairs], 2), LANES).astype(np.int64)
+    second = {name: np.zeros(LANES, dtype=bool) for name, _ in pairs}
+    for place, (name, _) in enumerate(pairs):
+        second[name][2 * place + 1] = True
+    return samples, second
+
+
+def _acted(
+    problem: Problem, flyer: Flyer, names: list[str], drawn: Drawn, read_back: Callable[[Drawn], None] = lambda numbers: None
+) -> dict[str, str]:
+    """What acted, each with the number that it changed. names: of the pairs of lanes. read_back: gets the compiled numbers."""
+    acted: dict[str, str] = {}
+
+    def look(numbers: Drawn, carry: Carry) -> bool:
+        read_back(numbers)
         for name, signal in zip(names, _signals(problem, carry), strict=False):  # fewer names than pairs in the last chunk
             if signal:
                 acted.setdefault(name, signal)
@@ -206,7 +293,7 @@ def _fly(problem: Problem, flyer: Flyer, pairs: list[tuple[str, int]]) -> tuple[
     steps, every = problem.spec.horizon.steps, max(1, round(LOOK_S / problem.spec.horizon.step_s))
     instants = {steps, *range(every, steps, every), *(step for step in (1, 10) if step < steps)}
     flyer.watch(drawn, sorted(instants), look)
-    return acted, read
+    return acted
 
 
 def _signals(problem: Problem, carry: Carry) -> list[str]:

@@ -34,6 +34,7 @@ from rvjax.run_folder import BASELINES, Account, RunDescription, RunFolder
 from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
+from rvjax.simulation.effect import warnings
 from rvjax.simulation.problem import Problem, load
 
 TRACED = 104
@@ -54,7 +55,8 @@ class RunOptions:
     command: recorded in the run folder. executor: what flies the chunks, see `rvjax.execution.executors`.
     until_decided: stop once sequential methods have decided every requirement. A requirement with a fixed number of samples
     needs all samples.
-    on_progress: see `Progress`. on_open: called with the folder before the first flight. on_baseline: called with the name of
+    on_progress: see `Progress`. on_open: called with the folder before the first flight. on_warning: called with
+    each warning about the campaign. on_baseline: called with the name of
     each baseline controller before it flies.
     """
 
@@ -63,6 +65,7 @@ class RunOptions:
     until_decided: bool = False
     on_progress: Progress = _ignore
     on_open: Callable[[Path], None] = _ignore
+    on_warning: Callable[[str], None] = _ignore
     on_baseline: Callable[[str], None] = _ignore
 
 
@@ -102,6 +105,8 @@ def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], opti
     problem, flown_by = _load(path, overrides)
     spec = problem.spec
     place = Path(out) if out is not None else Path("reports") / spec.name / short(flown_by)
+    for warning in warnings(problem):
+        options.on_warning(str(warning))
     with _open(problem, flown_by, place, overrides, options) as folder:
         options.on_open(place)
         results = _fly_problem(problem, flown_by, folder, options)

@@ -79,11 +79,13 @@ class Entry(BaseModel):
 
 
 class Audited(BaseModel):
-    """The result of the audit of the dispersions before the first flight.
+    """The result of the audit of the dispersions and of the fixed inputs before the first flight.
 
     dispersions: how many were audited. read_back: drawn columns whose values in the compiled program are those of the table.
     acting: dispersions that changed a flight when moved alone; moved: each of them with the number it changed most. idle:
-    dispersions without an effect, which `audit.allow` permits, each with the number of flights that were tried.
+    dispersions without an effect, which `audit.allow` permits, each with the number of flights that were tried. fixed: inputs
+    without draws that were switched off. inert: fixed inputs without an effect, which `audit.allow` permits, each with the
+    reason. warnings: on inputs that the steps cannot follow.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
@@ -93,6 +95,9 @@ class Audited(BaseModel):
     acting: Annotated[int, Field(ge=0)]
     idle: dict[str, int]
     moved: dict[str, str]
+    fixed: Annotated[int, Field(ge=0)] = 0
+    inert: dict[str, str] = {}
+    warnings: list[str] = []
 
     @model_validator(mode="after")
     def _adds_up(self) -> Self:
@@ -102,14 +107,22 @@ class Audited(BaseModel):
 
     def __str__(self) -> str:
         if not self.dispersions:
-            return "Nothing is drawn: there was no dispersion to audit."
+            return f"Nothing is drawn: there was no dispersion to audit.{self._fixed}"
         audited = "1 dispersion was" if self.dispersions == 1 else f"{self.dispersions:,} dispersions were"
         read = "1 drawn column was" if self.read_back == 1 else f"{self.read_back:,} drawn columns were"
         idle = f"; without an effect, as audit.allow permits: {', '.join(self.idle)}" if self.idle else ""
         return (
             f"Before the first flight {audited} audited: {read} read back inside the compiled program, bit for bit or by an "
-            f"independent formula, and {self.acting:,} acted when moved alone{idle}."
+            f"independent formula, and {self.acting:,} acted when moved alone{idle}.{self._fixed}"
         )
+
+    @property
+    def _fixed(self) -> str:
+        """Sentences on the fixed inputs, each with a space before it."""
+        inputs = "1 fixed input was" if self.fixed == 1 else f"{self.fixed:,} fixed inputs were"
+        off = f" {inputs} switched off to see the effect." if self.fixed else ""
+        inert = "".join(f" Without an effect, as audit.allow permits: {name} ({why})." for name, why in self.inert.items())
+        return f"{off}{inert}" + "".join(f" Warning: {warning}." for warning in self.warnings)
 
 
 class Head(BaseModel):

@@ -37,7 +37,7 @@ def section(run: Run) -> Section:
 
 
 def _audited(run: Run) -> str:
-    """The result of the audit, which checks that every dispersion acts on the flight."""
+    """The result of the audit, which checks that every dispersion and every fixed input acts on the flight, with its warnings."""
     return str(run.audit or "This folder has no record of an audit of its dispersions.")
 
 
