@@ -32,7 +32,7 @@ _EXTREMES = (
 _VALUES = (
     "null", "~", "true", "no", "''", '""', "[]", "{}", "text", "[1, 2]", "[1, 2, 3]", "[[1, 2], [3, 4]]",
     "{a: {b: {c: 1}}}", "{uniform: [0, 1]}", "{uniform: [1, 0]}", "{normal: [100, 1]}", "{choice: []}", "{choice: [1, 2]}",
-    "{box: -1}", "{ball: 0}", "{choice: {values: [1], weights: [0]}}", "{truncated_normal: [1, 1e-90, 0, 2]}",
+    "{box: -1}", "{ball: -2}", "{choice: {values: [1], weights: [0]}}", "{truncated_normal: [1, 1e-90, 0, 2]}",
     "{log_uniform: [1e-300, 1e90]}", "[0.5, {}]", "{half_normal: {half_normal: 1}}", "{use: pd-plus}", "[{use: bias}]",
     "{use: [1]}", "{force: 1}", "{force: 1, torque: [1]}", "\n  - 1\n  - 2", "|\n  text", "1e-30", "{1: 2}", "{[1]: 2}",
     "{? {a: 1} : 2}", "{a, b, c}", "- 1",

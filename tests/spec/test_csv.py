@@ -13,7 +13,7 @@ from scipy import stats
 from rvjax.campaign import Model, Quantity, Series, Spec, csv_text, load, parse, scalar, series, validate
 from rvjax.campaign import csv_files as csvfiles
 from rvjax.campaign.csv_files import attach
-from rvjax.campaign.distributions import Empirical
+from rvjax.campaign.distributions import Empirical, Fixed
 from rvjax.campaign.source import read
 from rvjax.errors import CampaignError, Finding
 from rvjax.stats.random_streams import uniforms
@@ -81,7 +81,7 @@ def test_the_copy_of_a_run_folder_is_read(tmp_path: Path) -> None:
     path = place(tmp_path, with_mass(TABLE), masses="mass_kg\n90\n")
     (tmp_path / "inputs").mkdir()
     (tmp_path / "inputs" / "masses.csv").write_text("mass_kg\n95\n")
-    assert load(path).pursuer.mass_kg.parts == (Empirical((95.0,)),)
+    assert load(path).pursuer.mass_kg.parts == (Fixed(95.0),)
 
 
 def test_a_file_below_the_folder_is_read_once(tmp_path: Path) -> None:
@@ -115,7 +115,7 @@ def test_no_file_outside_the_folder_is_reached(tmp_path: Path) -> None:
     inside.write_text("mass_kg\n90\n")
     (home / "masses.csv").rmdir()
     (home / "masses.csv").symlink_to("real.csv")
-    assert load(path).pursuer.mass_kg.parts == (Empirical((90.0,)),)
+    assert load(path).pursuer.mass_kg.parts == (Fixed(90.0),)
 
 
 @pytest.mark.parametrize(
@@ -203,6 +203,6 @@ def test_a_file_set_beside_the_campaign_is_one_of_its_folder(tmp_path: Path) -> 
     path = place(tmp_path, GOOD.read_text(), masses="mass_kg\n90\n")
     spec = load(path, [f"pursuer.mass_kg={TABLE}"])
     assert isinstance(spec, Spec)
-    assert spec.pursuer.mass_kg.parts == (Empirical((90.0,)),)
+    assert spec.pursuer.mass_kg.parts == (Fixed(90.0),)
     with pytest.raises(CampaignError, match=r"--set .*: pursuer.mass_kg.table.csv: none.csv cannot be read"):
         load(path, ["pursuer.mass_kg={table: {csv: none.csv, column: mass_kg}}"])
