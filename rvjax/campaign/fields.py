@@ -39,6 +39,7 @@ from rvjax.campaign.json_forms import distribution, drawn_attitude, joint_distri
 from rvjax.campaign.plain_values import Place, is_mapping, is_number
 from rvjax.campaign.problems import Problem, problems, refuse, unexpected
 from rvjax.campaign.quantity import Quantity, Shape
+from rvjax.campaign.reference_body import Follows, words
 from rvjax.campaign.source import Source
 from rvjax.campaign.thruster_layout import MOST
 from rvjax.columns import CHANNELS
@@ -161,7 +162,8 @@ class Model(BaseModel):
 
 @dataclass(frozen=True)
 class Declared(ABC):
-    """What a field holds. unit: SI; symbol: of the key's unit; factor: to SI; optional: may be left out."""
+    """What a field holds. unit: SI; symbol: of the key's unit; factor: to SI; optional: may be left out; follows: what of the
+    campaign's nominal body the default is in proportion to."""
 
     unit: str
     factor: float
@@ -169,6 +171,7 @@ class Declared(ABC):
     range: Range
     doc: str
     optional: bool
+    follows: Follows | None
 
     @abstractmethod
     def read(self, raw: Any) -> Any:
@@ -293,7 +296,8 @@ def declared(info: FieldInfo) -> Declared | None:
 
 
 class Declaration(TypedDict, total=False):
-    """The arguments of a field. key: if it is not the attribute's name; the range and the default are in the unit of the key."""
+    """The arguments of a field. key: if it is not the attribute's name; the range and the default are in the unit of the key.
+    follows: the default is for the reference body, and in proportion to the mass or inertia of the campaign's nominal body."""
 
     key: str
     default: Any
@@ -301,6 +305,7 @@ class Declaration(TypedDict, total=False):
     above: float
     at_most: float
     below: float
+    follows: Follows
     doc: Required[str]
 
 
@@ -308,9 +313,19 @@ def _field(kind: Callable[..., Declared], unit: str, declaration: Declaration, *
     key, default = declaration.get("key"), declaration.get("default", PydanticUndefined)
     limits = Range(**{name: declaration.get(name) for name in ("at_least", "above", "at_most", "below")})
     converted = units.split(key)[1] if key else units.Unit(unit, unit, 1.0, unit)
-    held = kind(unit, converted.factor, converted.symbol, limits, declaration["doc"], default is None, **more)
+    about = (declaration["doc"], default is None, declaration.get("follows"))
+    held = kind(unit, converted.factor, converted.symbol, limits, *about, **more)
     description = declaration["doc"] if unit == "1" else f"{declaration['doc']} [{converted.symbol}]"
-    info = cast(FieldInfo, Field(default=default, alias=key, description=description))
+    return _info(held, default, key, description)
+
+
+def _info(held: Declared, default: Any, key: str | None, description: str | None) -> FieldInfo:
+    def explain(schema: dict[str, Any]) -> None:
+        """The default in words instead of a number, where it follows the nominal body."""
+        if held.follows is not None:
+            schema["description"] += f"; default: {words(schema.pop('default'), held.follows)}"
+
+    info = cast(FieldInfo, Field(default=default, alias=key, description=description, json_schema_extra=explain))
     info.metadata.append(held)
     return info
 
@@ -376,9 +391,9 @@ def with_defaults(model: type[M], **defaults: float) -> type[M]:
     fields: dict[str, Any] = {}
     for name, default in defaults.items():
         known = model.model_fields[name]
-        info = cast(FieldInfo, Field(default=default, alias=known.alias, description=known.description))
-        info.metadata.append(declared(known))
-        fields[name] = (known.annotation, info)
+        held = declared(known)
+        assert held is not None, f"{model.__name__}.{name} is a number"
+        fields[name] = (known.annotation, _info(held, default, known.alias, known.description))
     return create_model(model.__name__, __base__=model, __module__=model.__module__, **fields)
 
 

@@ -23,6 +23,9 @@ COMPONENTS: dict[Shape, tuple[str, ...]] = {
 }
 """Of thrusters: as many of them as there are."""
 
+BESIDE = 1e-9
+"""How far to both sides of ½ a distribution is read for its median: one with steps may have several."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -69,6 +72,15 @@ class Quantity:
         if self.joint is not None:
             return ((-self.joint.radius, self.joint.radius),) * len(self.components)
         return tuple((part.low, part.high) for part in self.parts)
+
+    @property
+    def medians(self) -> tuple[float, ...]:
+        """The median of each component; of a joint distribution, the point at the medians of the numbers that it consumes."""
+        if self.joint is not None:
+            return tuple(map(float, self.joint.ppf(np.full((1, self.joint.uniforms), 0.5))[0]))
+        return tuple(
+            part.low if not part.uniforms else float(np.mean(part.ppf([0.5 - BESIDE, 0.5 + BESIDE]))) for part in self.parts
+        )
 
     @property
     def largest_norm(self) -> float:

@@ -48,7 +48,7 @@ def fly_and_judge(
                 until_decided=until_decided,
                 on_progress=on_progress,
                 on_open=opened,
-                on_warning=output.warning,
+                on_warnings=output.warnings,
                 on_baseline=lambda name: output.note(f"{name}, on the same draws"),
             )
             finished = fly(file, out, values, options)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TextIO
 
 from rvjax.cli._streams import is_unicode
-from rvjax.errors import visible
+from rvjax.errors import Finding, visible
 
 if TYPE_CHECKING:
     from rvjax.analysis.verdicts import Verdict
@@ -54,9 +54,10 @@ class Output:
         if not self.quiet:
             say(text, sys.stderr)
 
-    def warning(self, text: str) -> None:
-        """A warning on stderr, even with --quiet."""
-        say(f"warning: {text}", sys.stderr)
+    def warnings(self, findings: Sequence[Finding]) -> None:
+        """What is hardly meant in a campaign, on stderr, a line each."""
+        for finding in findings:
+            say(f"warning: {finding}", sys.stderr)
 
     def table(self, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         """A plain table as wide as the terminal; nothing with --json."""

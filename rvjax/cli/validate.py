@@ -60,13 +60,15 @@ def _load(files: Sequence[Path], values: Sequence[str]) -> dict[str, Problem]:
 
 
 def _describe(file: str, problem: Problem, audit: bool, output: Output) -> dict[str, object]:
-    """Prints the cost of a campaign, its losses of single thrusters, warnings and its audit; returns them as a document."""
+    """Prints the cost of a campaign, its warnings, its losses of single thrusters and its audit; returns them as a document."""
     from rvjax.simulation.cost import cost
-    from rvjax.simulation.effect import warnings
+    from rvjax.simulation.cautions import cautions
 
     expected, losses = cost(problem), problem.spec.actuators.losses
     output.text(f"{file}: {expected}")
-    document: dict[str, object] = dict(vars(expected))
+    doubtful = cautions(problem)
+    output.warnings(doubtful)
+    document: dict[str, object] = {**vars(expected), "warnings": [vars(finding) for finding in doubtful]}
     if problem.spec.tune is not None:
         from rvjax.search.tuning.tune import plan
 
@@ -74,11 +76,6 @@ def _describe(file: str, problem: Problem, audit: bool, output: Output) -> dict[
     if losses:
         output.table(("thruster lost", "rank", "limits left", "first on"), _grouped(losses))
         document["single_losses"] = [vars(loss) for loss in losses]
-    cautions = [str(warning) for warning in warnings(problem)]
-    for caution in cautions:
-        output.warning(caution)
-    if cautions:
-        document["warnings"] = cautions
     if audit:
         proof = _audit(problem)
         output.text(f"{file}: {proof}")

@@ -16,6 +16,7 @@ from rvjax.campaign import Model, Spec, units
 from rvjax.campaign.distribution_notation import forms
 from rvjax.campaign.fields import declared
 from rvjax.campaign.json_schema import schema
+from rvjax.campaign.reference_body import words
 from rvjax.components.registry import FAMILIES, FAMILY_OF, Component, component, members, module_of
 from rvjax.errors import UsageError
 from rvjax.physics import saturation
@@ -26,6 +27,8 @@ PACKAGE = "rvjax"
 CHAPTERS = {
     "dynamics": "physics.dynamics",
     "backstepping": "physics.backstepping",
+    "nominal": "campaign.nominal_body",
+    "plausibility": "simulation.plausibility",
     "nussbaum": "physics.nussbaum",
     "differentiator": "physics.differentiators",
     "saturation": "physics.saturation",
@@ -139,8 +142,15 @@ def _rows(model: type[Model], prefix: str = "") -> Iterator[tuple[str, str, str,
         if inspect.isclass(inner) and issubclass(inner, Model):
             yield from _rows(inner, f"{prefix}{key}.")
             continue
-        default = "required" if info.is_required() else json.dumps(info.default, ensure_ascii=False)
-        yield f"{prefix}{key}", _accepted(key, info), default, info.description or ""
+        yield f"{prefix}{key}", _accepted(key, info), _default(info), info.description or ""
+
+
+def _default(info: FieldInfo) -> str:
+    """The default as a campaign would say it, or in words where it follows the nominal body."""
+    declaration = declared(info)
+    if declaration is not None and declaration.follows is not None:
+        return words(info.default, declaration.follows)
+    return "required" if info.is_required() else json.dumps(info.default, ensure_ascii=False)
 
 
 def _accepted(key: str, info: FieldInfo) -> str:

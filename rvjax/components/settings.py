@@ -8,6 +8,7 @@ from typing import Any
 from rvjax.campaign import Model, Quantity, Spec
 from rvjax.campaign.distributions import Fixed
 from rvjax.campaign.fields import declared
+from rvjax.campaign.nominal_body import NominalBody
 from rvjax.campaign.overrides import value_at
 from rvjax.campaign.plain_values import is_number
 from rvjax.campaign.tuning_parameters import Value
@@ -33,7 +34,8 @@ def default(spec: Spec, place: str) -> Value | None:
                 parameters = component(FAMILY_OF[path[0]], choice.use).parameters
             except RvjaxError:  # of a package that is not installed here
                 return None
-            return _walk(parameters.model_validate(dict(choice.parameters)), steps[len(path) :])
+            given = NominalBody.of(spec.pursuer).complete(parameters, choice.parameters)
+            return _walk(parameters.model_validate(given), steps[len(path) :])
     return _walk(spec, steps)
 
 

@@ -23,7 +23,7 @@ from rvjax.campaign.choice import Choice
 from rvjax.campaign.trace_retention import steps_per_row
 from rvjax.components.samplers import sampling_design_of
 from rvjax.cores import cores
-from rvjax.errors import UsageError
+from rvjax.errors import Finding, UsageError
 from rvjax.execution.audit import prove
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
@@ -34,7 +34,7 @@ from rvjax.run_folder import BASELINES, Account, RunDescription, RunFolder
 from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
-from rvjax.simulation.effect import warnings
+from rvjax.simulation.cautions import cautions
 from rvjax.simulation.problem import Problem, load
 
 TRACED = 104
@@ -55,9 +55,8 @@ class RunOptions:
     command: recorded in the run folder. executor: what flies the chunks, see `rvjax.execution.executors`.
     until_decided: stop once sequential methods have decided every requirement. A requirement with a fixed number of samples
     needs all samples.
-    on_progress: see `Progress`. on_open: called with the folder before the first flight. on_warning: called with
-    each warning about the campaign. on_baseline: called with the name of
-    each baseline controller before it flies.
+    on_progress: see `Progress`. on_open: called with the folder before the first flight. on_baseline: called with the name of
+    each baseline controller before it flies. on_warnings: called before that with what is hardly meant in the campaign.
     """
 
     command: Sequence[str] = ()
@@ -65,8 +64,8 @@ class RunOptions:
     until_decided: bool = False
     on_progress: Progress = _ignore
     on_open: Callable[[Path], None] = _ignore
-    on_warning: Callable[[str], None] = _ignore
     on_baseline: Callable[[str], None] = _ignore
+    on_warnings: Callable[[Sequence[Finding]], None] = _ignore
 
 
 class FinishedRun(NamedTuple):
@@ -105,9 +104,9 @@ def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], opti
     problem, flown_by = _load(path, overrides)
     spec = problem.spec
     place = Path(out) if out is not None else Path("reports") / spec.name / short(flown_by)
-    for warning in warnings(problem):
-        options.on_warning(str(warning))
-    with _open(problem, flown_by, place, overrides, options) as folder:
+    doubtful = cautions(problem)
+    options.on_warnings(doubtful)
+    with _open(problem, flown_by, place, overrides, options, doubtful) as folder:
         options.on_open(place)
         results = _fly_problem(problem, flown_by, folder, options)
         baselines: dict[str, Totals] = {}
@@ -141,8 +140,15 @@ def baseline_overrides(choice: Choice) -> tuple[str, ...]:
     return f"controller={json.dumps(controller)}", "baselines=[]"
 
 
-def _open(problem: Problem, flown_by: Mapping[str, Any], place: Path, overrides: Sequence[str], options: RunOptions) -> RunFolder:
-    """The run folder of a problem, created or resumed, with the samples that are flown first."""
+def _open(
+    problem: Problem,
+    flown_by: Mapping[str, Any],
+    place: Path,
+    overrides: Sequence[str],
+    options: RunOptions,
+    doubtful: Sequence[Finding] = (),
+) -> RunFolder:
+    """The run folder of a problem, created or resumed, with the samples that are flown first. doubtful: its warnings."""
     spec = problem.spec
     existing = RunFolder.open(place) if (place / MANIFEST).exists() else None
     if existing is not None:
@@ -152,7 +158,7 @@ def _open(problem: Problem, flown_by: Mapping[str, Any], place: Path, overrides:
         samples = min(samples, _next_look(0) if existing is None else existing.requested)
     description = RunDescription(
         identity=flown_by,
-        provenance=provenance(options.command, overrides),
+        provenance=provenance(options.command, overrides) | ({"warnings": [*map(str, doubtful)]} if doubtful else {}),
         campaign_text=spec.source.text,
         samples=samples,
         name=spec.name,

@@ -7,6 +7,9 @@
 The term of the first error is −Cα₁: V₁ = C_f (v_max²/k₁)(√(1+(k₁|ρ|/v_max)²) − 1) + 2C_τ k_σ ln(1+σᵀσ) has V̇₁ = −(Cα₁)ᵀ(ν, ω), so
 u = −(Yθ + K₂z₂ − Cα₁) makes V = V₁ + ½z₂ᵀMz₂ fall as V̇ = −α₁ᵀCα₁ − z₂ᵀK₂z₂. C = 0: a cascade.
 
+A default that `follows` the mass or the inertia is for 100 kg or 21.67 kg·m², in proportion to the campaign's nominal body
+(`rvjax.campaign.nominal_body`). γ_D, which force and torque channels share, follows the mass.
+
 M. Krstić, I. Kanellakopoulos, P. Kokotović, "Nonlinear and adaptive control design", 1995, ch. 3–4.
 """
 
@@ -47,28 +50,38 @@ class GuidanceGains(Model):
 class TrackingGains(GuidanceGains):
     """Gains of the virtual velocity and of the feedback of z₂."""
 
-    k2_force: Quantity = scalar("N·s/m", default=40.0, above=0.0, doc="velocity gain K₂ of the force channels, N·s/m")
-    k2_torque: Quantity = scalar("N·m·s", default=15.0, above=0.0, doc="rate gain K₂ of the torque channels, N·m·s")
+    k2_force: Quantity = scalar(
+        "N·s/m", default=40.0, follows="mass", above=0.0, doc="velocity gain K₂ of the force channels, N·s/m"
+    )
+    k2_torque: Quantity = scalar(
+        "N·m·s", default=15.0, follows="inertia", above=0.0, doc="rate gain K₂ of the torque channels, N·m·s"
+    )
 
 
 class FirstErrorGains(Model):
     """Gains of the virtual velocity in the virtual wrench."""
 
-    c_force: Quantity = scalar("N·s/m", default=0.0, at_least=0.0, doc="first-error gain C of the force channels, N·s/m")
-    c_torque: Quantity = scalar("N·m·s", default=0.0, at_least=0.0, doc="first-error gain C of the torque channels, N·m·s")
+    c_force: Quantity = scalar(
+        "N·s/m", default=0.0, follows="mass", at_least=0.0, doc="first-error gain C of the force channels, N·s/m"
+    )
+    c_torque: Quantity = scalar(
+        "N·m·s", default=0.0, follows="inertia", at_least=0.0, doc="first-error gain C of the torque channels, N·m·s"
+    )
 
 
 class NominalGains(Model):
     """The nominal plant of a controller."""
 
-    mass_guess_kg: Quantity = scalar("kg", default=100.0, above=0.0, doc="nominal mass m₀")
-    inertia_guess_kgm2: Quantity = scalar("kg·m²", default=21.7, above=0.0, doc="nominal inertia J₀ = this · I")
+    mass_guess_kg: Quantity = scalar("kg", default=100.0, follows="mass", above=0.0, doc="nominal mass m₀")
+    inertia_guess_kgm2: Quantity = scalar(
+        "kg·m²", default=21.7, follows="inertia", above=0.0, doc="nominal inertia J₀ = this · I"
+    )
 
 
 class RobustGains(Model):
     """Gains of the robust term D̂ ∘ z/√(z² + ε²), where D̂ is the adaptive bound of all unknown disturbances."""
 
-    gamma_bound: Quantity = scalar("1", default=6.0, at_least=0.0, doc="rate γ_D of the disturbance bounds D̂")
+    gamma_bound: Quantity = scalar("1", default=6.0, follows="mass", at_least=0.0, doc="rate γ_D of the disturbance bounds D̂")
     bound_share: Quantity = scalar("1", default=0.5, at_least=0.0, doc="ceiling of D̂ as a share of the mean limit")
     epsilon_force: Quantity = scalar("m/s", default=1e-4, above=0.0, doc="width ε of the force channels, m/s")
     epsilon_torque: Quantity = scalar("rad/s", default=2e-5, above=0.0, doc="width ε of the torque channels, rad/s")
@@ -77,15 +90,21 @@ class RobustGains(Model):
 class AdaptationGains(Model):
     """Start, rates and bounds of the estimates m̂ and Ĵ."""
 
-    gamma_mass: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the mass estimate, kg·s²/m²")
-    gamma_inertia: Quantity = scalar("1", default=200.0, at_least=0.0, doc="rate Γ of the inertia estimate, kg·m²·s²")
-    mass_guess_kg: Quantity = scalar("kg", default=70.0, above=0.0, doc="m̂(0)")
-    mass_min_kg: Quantity = scalar("kg", default=20.0, above=0.0, doc="lower bound of m̂")
-    mass_max_kg: Quantity = scalar("kg", default=300.0, above=0.0, doc="upper bound of m̂")
-    inertia_guess_kgm2: Quantity = scalar("kg·m²", default=15.0, above=0.0, doc="Ĵ(0) = this · I")
-    moment_min_kgm2: Quantity = scalar("kg·m²", default=3.0, above=0.0, doc="lower bound of the diagonal of Ĵ")
-    moment_max_kgm2: Quantity = scalar("kg·m²", default=60.0, above=0.0, doc="upper bound of the diagonal of Ĵ")
-    product_max_kgm2: Quantity = scalar("kg·m²", default=5.0, at_least=0.0, doc="bound of the off-diagonal entries of Ĵ")
+    gamma_mass: Quantity = scalar("1", default=200.0, follows="mass", at_least=0.0, doc="rate Γ of the mass estimate, kg·s²/m²")
+    gamma_inertia: Quantity = scalar(
+        "1", default=200.0, follows="inertia", at_least=0.0, doc="rate Γ of the inertia estimate, kg·m²·s²"
+    )
+    mass_guess_kg: Quantity = scalar("kg", default=70.0, follows="mass", above=0.0, doc="m̂(0)")
+    mass_min_kg: Quantity = scalar("kg", default=20.0, follows="mass", above=0.0, doc="lower bound of m̂")
+    mass_max_kg: Quantity = scalar("kg", default=300.0, follows="mass", above=0.0, doc="upper bound of m̂")
+    inertia_guess_kgm2: Quantity = scalar("kg·m²", default=15.0, follows="inertia", above=0.0, doc="Ĵ(0) = this · I")
+    moment_min_kgm2: Quantity = scalar("kg·m²", default=3.0, follows="inertia", above=0.0, doc="lower bound of the diagonal of Ĵ")
+    moment_max_kgm2: Quantity = scalar(
+        "kg·m²", default=60.0, follows="inertia", above=0.0, doc="upper bound of the diagonal of Ĵ"
+    )
+    product_max_kgm2: Quantity = scalar(
+        "kg·m²", default=5.0, follows="inertia", at_least=0.0, doc="bound of the off-diagonal entries of Ĵ"
+    )
 
     @model_validator(mode="after")
     def _start_inside(self) -> Self:

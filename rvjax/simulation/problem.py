@@ -14,6 +14,7 @@ from rvjax.campaign import Model, Quantity, Source, Spec, parse, parse_with, val
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.distributions import Fixed
+from rvjax.campaign.nominal_body import NominalBody
 from rvjax.campaign.plain_values import Place, describe
 from rvjax.campaign.schedule import Schedule
 from rvjax.columns import CHANNELS, Column, metric_and_channel
@@ -100,10 +101,11 @@ def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Prob
     outline = Outline.of(source)
     metrics: tuple[Metric, ...] = tuple(component("metrics", name) for name in members("metrics"))
     parameters: dict[Place, Model] = {}
+    body = NominalBody.of_campaign(spec, source)
     for entry in outline.components:
         if entry.section == "faults" and not outline.actuators:
             continue  # the names of the actuators are unknown until these are right
-        model, more = _parameters(entry, outline, source)
+        model, more = _parameters(entry, outline, body, source)
         findings += more
         if model is not None:
             parameters[entry.place] = model
@@ -168,7 +170,7 @@ def _gear(thrusters: Thrusters) -> ThrusterSystem:
     return ThrusterSystem(allocations[thrusters.allocation](), wrench(layout))
 
 
-def _parameters(entry: Entry, outline: Outline, source: Source) -> tuple[Model | None, list[Finding]]:
+def _parameters(entry: Entry, outline: Outline, body: NominalBody, source: Source) -> tuple[Model | None, list[Finding]]:
     """The parameters of a component, or every finding about them."""
     section, place, raw = entry
     known = SATURATIONS if section == "saturation" else members(FAMILY_OF[section])
@@ -179,7 +181,8 @@ def _parameters(entry: Entry, outline: Outline, source: Source) -> tuple[Model |
     if section == "saturation":
         return validate(Model, values, place, source)
     actuators = outline.actuators if section == "faults" else CHANNELS
-    model, findings = validate(component(FAMILY_OF[section], use).parameters, values, place, source, actuators)
+    form = component(FAMILY_OF[section], use).parameters
+    model, findings = validate(form, body.complete(form, values), place, source, actuators)
     if isinstance(model, FaultParameters):
         model = _on_channels(model)
     return model, findings

@@ -401,7 +401,7 @@ def test_a_warning_is_on_stderr_and_in_the_report(
     )
     assert words in err
     code, out, _ = rvjax("validate", campaign, "--json")
-    assert words in json.loads(out)[str(campaign)]["warnings"][0]
+    assert words in json.loads(out)[str(campaign)]["warnings"][0]["found"]
     code, _, err = rvjax("run", campaign, "--out", tmp_path / "run", "--quiet")
     assert code == 0, err
     assert words in err

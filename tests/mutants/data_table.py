@@ -311,4 +311,26 @@ MUTANTS = (
         "write_page_checksum=False",
         "results/test_run_folder.py::test_pages_carry_checksums",
     ),
+    # the nominal body
+    Mutant(
+        "Steiner's term with the other sign",
+        "campaign/nominal_body.py",
+        "about_reference - 2.0",
+        "about_reference + 2.0",
+        "campaign/test_nominal_body.py::test_the_nominal_inertia_is_about_the_centre_of_mass",
+    ),
+    Mutant(
+        "a law of 100 kg on every plant",
+        "simulation/problem.py",
+        "body.complete(form, values)",
+        "values",
+        "campaign/test_nominal_body.py::test_a_law_is_scaled_to_the_plant_that_it_flies",
+    ),
+    Mutant(
+        "a guess that is warned about on one side only",
+        "simulation/plausibility.py",
+        "nominal / TWICE <= value <= nominal * TWICE",
+        "value <= nominal * TWICE",
+        "campaign/test_plausibility.py::test_a_guess_may_be_half_or_twice_the_nominal_mass",
+    ),
 )

@@ -79,6 +79,7 @@ def headline(run: Run) -> Headline:
         ("Horizon", f"{setting(horizon.duration_s)}{SPACE}s in steps of {setting(horizon.step_s)}{SPACE}s"),
         ("Capture criterion", _capture(run)),
         ("Run", _run_facts(run)),
+        *(("Warning", str(warning)) for warning in run.provenance.get("warnings", ())),
     )
     outcomes = (
         ("captured", account.captured),
