@@ -61,8 +61,8 @@ def _load(files: Sequence[Path], values: Sequence[str]) -> dict[str, Problem]:
 
 def _describe(file: str, problem: Problem, audit: bool, output: Output) -> dict[str, object]:
     """Prints the cost of a campaign, its warnings, its losses of single thrusters and its audit; returns them as a document."""
-    from rvjax.simulation.cost import cost
     from rvjax.simulation.cautions import cautions
+    from rvjax.simulation.cost import cost
 
     expected, losses = cost(problem), problem.spec.actuators.losses
     output.text(f"{file}: {expected}")
