@@ -14,7 +14,7 @@ or processor.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,8 +80,7 @@ def against(folder: str | Path, path: Path) -> list[BaselineComparison]:
     UsageError if the file is not a baseline, or if its draws, requirements or metrics differ from the run.
     """
     before, now = read(path), _of(RunFolder.open(folder))
-    if difference := _difference(before, now):
-        raise UsageError(f"{path}: {difference}; if the change is intended, make it again with --write-baseline")
+    _refuse(path, _difference(before, now))
     results: list[tuple[str, int, int, float]] = []
     for name, marks in now.requirements.items():
         old, new = (np.array(list(text)) == "1" for text in (before.requirements[name], marks))
@@ -95,6 +94,26 @@ def against(folder: str | Path, path: Path) -> list[BaselineComparison]:
     return [
         BaselineComparison(name, worse, better, float(p)) for (name, worse, better, _), p in zip(results, corrected, strict=True)
     ]
+
+
+def check(path: Path, requirements: Sequence[Requirement], samples: int | None) -> None:
+    """What `against` refuses of a run that is about to fly. samples: None where their number is not yet known."""
+    before = read(path)
+    if samples is not None:
+        _refuse(path, _other_samples(before, min(samples, MOST)))
+    judged = [requirement for requirement in requirements if not requirement.mean]
+    _refuse(path, _other_names("requirements", before.requirements, _titles(judged)))
+
+
+def _refuse(path: Path, difference: str) -> None:
+    """UsageError where there is a difference."""
+    if difference:
+        raise UsageError(f"{path}: {difference}; if the change is intended, make it again with --write-baseline")
+
+
+def _titles(requirements: Sequence[Requirement]) -> list[str]:
+    """The names of requirements in a baseline."""
+    return [f"{n}. {title(requirement)}" for n, requirement in enumerate(requirements, 1)]
 
 
 def steps(old: Values, new: Values, higher: bool) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -130,7 +149,7 @@ def _of(folder: RunFolder) -> BaselineFile:
     if not evaluators and not shown:
         raise UsageError(f"{folder.path}: no requirement and no metric to compare")
     requirements = [evaluator.requirement for evaluator in evaluators]
-    marks = {f"{n}. {title(requirement)}": _marks(requirement, frame) for n, requirement in enumerate(requirements, 1)}
+    marks = {name: _marks(requirement, frame) for name, requirement in zip(_titles(requirements), requirements, strict=True)}
     return BaselineFile(
         format=FORMAT,
         campaign=campaign.name,
@@ -175,12 +194,9 @@ def _values(metric: MetricValues) -> Values:
 
 def _difference(before: BaselineFile, now: BaselineFile) -> str:
     """Why a baseline and a run cannot be compared; empty if they can."""
-    if before.samples != now.samples:
-        return f"it has {before.samples} samples, the run has {now.samples}"
-    for part in ("draws", "requirements", "metrics"):
-        odd = sorted(getattr(before, part).keys() ^ getattr(now, part).keys())
-        if odd:
-            return f"its {part} differ from the run: {', '.join(odd[:3])}"
+    names = (_other_names(part, getattr(before, part), getattr(now, part)) for part in ("draws", "requirements", "metrics"))
+    if difference := _other_samples(before, now.samples) or next(filter(None, names), ""):
+        return difference
     for name, digest in now.draws.items():
         if len(digest) != len(before.draws[name]) or not np.allclose(digest, before.draws[name], rtol=SAME, atol=0.0):
             return f"its draws of {name} differ from the run"
@@ -188,3 +204,14 @@ def _difference(before: BaselineFile, now: BaselineFile) -> str:
         if before.metrics[name].better != metric.better:
             return f"its metric {name} says that {before.metrics[name].better} is better, the run says {metric.better}"
     return ""
+
+
+def _other_samples(before: BaselineFile, samples: int) -> str:
+    """That a baseline has another number of samples; empty if it has not."""
+    return "" if before.samples == samples else f"it has {before.samples} samples, the run has {samples}"
+
+
+def _other_names(part: str, before: Iterable[str], now: Iterable[str]) -> str:
+    """That a baseline has other draws, requirements or metrics; empty if it has not."""
+    odd = sorted({*before} ^ {*now})
+    return f"its {part} differ from the run: {', '.join(odd[:3])}" if odd else ""

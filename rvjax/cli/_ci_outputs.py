@@ -30,6 +30,17 @@ class CiOutputs:
     write_baseline: Path | None = None
     _judged: bool = field(default=False, init=False)
 
+    def expect(self, file: Path, values: Sequence[str], *, until_decided: bool) -> None:
+        """Checks a campaign against the baseline before it flies. until_decided: the run may end before all samples are flown."""
+        if self.against is None:
+            return
+        from rvjax.analysis import baseline
+        from rvjax.campaign.model import load
+
+        campaign = load(file, values)
+        early = until_decided and all(requirement.method != "fixed" for requirement in campaign.require)
+        baseline.check(self.against, campaign.require, None if early else campaign.samples)
+
     @contextmanager
     def promised(self, campaign: Path, name: str, out: Path | None = None) -> Iterator[Callable[[], None]]:
         """Whatever happens inside, the JUnit XML of this run is written: its verdicts, or why there are none.

@@ -33,6 +33,7 @@ def fly_and_judge(
 
     atomic_files.check_folder(out or Path("reports"))
     with ci_outputs.promised(file, campaign_name(file, values), out) as on_folder:
+        ci_outputs.expect(file, values, until_decided=until_decided)
         executor = _executor(dask, output)
         from rvjax.execution.run import RunOptions, fly
 

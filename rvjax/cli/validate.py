@@ -93,9 +93,11 @@ def _grouped(losses: Sequence[Margin]) -> list[tuple[str, ...]]:
 
 def _audit(problem: Problem) -> Audit:
     """Proof that the dispersions of a campaign act."""
-    from rvjax.execution.audit import prove
+    from rvjax.execution.audit import prove, prove_baselines
     from rvjax.simulation import jax_config
     from rvjax.simulation.batch import Flyer
 
     jax_config.configure(problem.spec.precision)
-    return prove(problem, Flyer.of(problem))
+    proof = prove(problem, Flyer.of(problem))
+    prove_baselines(problem)
+    return proof

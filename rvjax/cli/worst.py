@@ -9,6 +9,7 @@ import typer
 
 from rvjax.cli._app import Campaign, Json, Quiet, Seed, Sets, overrides
 from rvjax.cli._output import Output
+from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
     from rvjax.search.worst_case import Case, Worst
@@ -50,6 +51,8 @@ def command(
     from rvjax.search import worst_case, worst_case_export
 
     output, values = Output(as_json, quiet), overrides(sets, None, seed)
+    if radius is not None and box is not None:
+        raise UsageError("--radius and --box together; accepted: --radius or --box")
     search = worst_case.prepare(file, values, requirement, vary or ())
     place = out or Path("reports") / search.problem.spec.name / f"worst-{requirement}"
     worst_case_export.check(place, search)

@@ -37,7 +37,7 @@ from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.flight import Carry
-from rvjax.simulation.problem import Problem
+from rvjax.simulation.problem import Problem, baseline_problems
 
 Values = NDArray[np.float64]
 
@@ -195,6 +195,13 @@ def prove(problem: Problem, flyer: Flyer, baseline: bool = False) -> Audit:
     warnings = () if baseline else tuple(f"{finding.path}: {finding.found}" for finding in effect.warnings(problem))
     inert = {} if baseline else permitted(problem, fixed, idle)
     return replace(result, fixed=len(fixed), inert=inert, warnings=warnings)
+
+
+def prove_baselines(problem: Problem) -> None:
+    """The draws of each baseline controller act; those of the campaign are proved with its controller. Errors as in `prove`."""
+    for baseline in baseline_problems(problem).values():
+        if any(covers("controller", name) for name in baseline.dispersions.variables):
+            prove(baseline, Flyer.of(baseline), baseline=True)
 
 
 def _no_effect(name: str, change: str, what: str, tried: int) -> tuple[str, str]:

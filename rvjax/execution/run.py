@@ -8,7 +8,6 @@ campaigns/x.yaml ─load→ Spec ─resolve→ Problem ─draw→ Batch ─fly�
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +23,7 @@ from rvjax.campaign.trace_retention import steps_per_row
 from rvjax.components.samplers import sampling_design_of
 from rvjax.cores import cores
 from rvjax.errors import Finding, UsageError
-from rvjax.execution.audit import prove
+from rvjax.execution.audit import prove, prove_baselines
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.threads import local_threads, map_in_threads
@@ -32,10 +31,11 @@ from rvjax.execution.identity import PLAN, identity, provenance, short
 from rvjax.execution.replay import Trace, recorded, trace
 from rvjax.run_folder import BASELINES, Account, RunDescription, RunFolder
 from rvjax.run_folder.manifest import NAME as MANIFEST
+from rvjax.run_folder.refusals import leaves_no_folder
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.cautions import cautions
-from rvjax.simulation.problem import Problem, load
+from rvjax.simulation.problem import Problem, baseline_overrides, load
 
 TRACED = 104
 """Flights that are traced together: each takes 400 kB until it is written."""
@@ -106,7 +106,9 @@ def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], opti
     place = Path(out) if out is not None else Path("reports") / spec.name / short(flown_by)
     doubtful = cautions(problem)
     options.on_warnings(doubtful)
-    with _open(problem, flown_by, place, overrides, options, doubtful) as folder:
+    if not (place / MANIFEST).exists():
+        prove_baselines(problem)
+    with leaves_no_folder(place), _open(problem, flown_by, place, overrides, options, doubtful) as folder:
         options.on_open(place)
         results = _fly_problem(problem, flown_by, folder, options)
         baselines: dict[str, Totals] = {}
@@ -132,12 +134,6 @@ def _fly_baseline(path: str | Path, choice: Choice, main: RunFolder, overrides: 
         results = _fly_problem(problem, flown_by, folder, options, baseline=True)
         _report(folder, results, problem.spec, {})
     return results.totals
-
-
-def baseline_overrides(choice: Choice) -> tuple[str, ...]:
-    """Overrides that replace the controller under test by a baseline."""
-    controller = {"use": choice.use, "name": choice.name, **choice.parameters}
-    return f"controller={json.dumps(controller)}", "baselines=[]"
 
 
 def _open(

@@ -37,7 +37,7 @@ from rvjax.campaign.draw_names import covers
 from rvjax.columns import METRIC, draw_column, metric_column
 from rvjax.components.samplers.interface import Samples
 from rvjax.components.samplers.uniforms_table import Block, columns_of
-from rvjax.errors import UsageError
+from rvjax.errors import CampaignError, UsageError
 from rvjax.execution.chunks import STRETCH
 from rvjax.execution.executors.threads import map_in_threads
 from rvjax.search import failure_search
@@ -237,23 +237,25 @@ class WorstCaseSearch:
 def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, vary: Sequence[str] = ()) -> WorstCaseSearch:
     """The search of a campaign. number: of the requirement, from 1. vary: prefixes of draws; by default all draws.
 
-    CampaignError with every finding; UsageError where there is no such requirement, no such draw, or nothing is drawn.
+    CampaignError with every finding, also where there is no such requirement or nothing is drawn; UsageError for an unknown draw.
     """
     problem = load(path, overrides)
-    required = problem.spec.require
+    required, source = problem.spec.require, problem.spec.source
     if not 1 <= number <= len(required):
-        accepted = f"1 to {len(required)}" if required else "none, the campaign requires nothing"
-        raise UsageError(f"{path}: there is no requirement {number}; accepted: {accepted}")
+        accepted = f"1 to {len(required)}" if required else "a campaign with a section require"
+        finding = source.finding(("require",), f"there is no requirement {number}", f"accepted: {accepted}", key=True)
+        raise CampaignError([finding])
     if required[number - 1].mean:
-        raise UsageError(
-            f"{path}: requirement {number} is on a mean, which no single flight meets; accepted: another requirement"
-        )
+        shares = [str(index) for index, requirement in enumerate(required, 1) if not requirement.mean]
+        accepted = f"accepted: --requirement {' or '.join(shares)}" if shares else "accepted: a requirement on a share"
+        message = f"requirement {number} is on a mean, which no single flight meets"
+        raise CampaignError([source.finding(("require", number - 1), message, accepted)])
     names = list(problem.dispersions.variables)
     for prefix in vary:
         if not any(covers(prefix, name) for name in names):
             raise UsageError(f"--vary {prefix}: no draw of this campaign; {did_you_mean(prefix, names)}")
     if not names:
-        raise UsageError(f"{path}: nothing is drawn; accepted: a campaign with a distribution")
+        raise CampaignError([source.finding((), "nothing is drawn", "accepted: a campaign with a distribution")])
     return WorstCaseSearch(problem, required[number - 1], vary)
 
 

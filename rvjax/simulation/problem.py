@@ -5,6 +5,7 @@ campaigns/x.yaml ─load→ Spec ─resolve→ Problem
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 
 from rvjax.campaign import Model, Quantity, Source, Spec, parse, parse_with, validate
 from rvjax.campaign.actuators import Thrusters
+from rvjax.campaign.choice import Choice
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.distributions import Fixed
 from rvjax.campaign.nominal_body import NominalBody
@@ -91,9 +93,39 @@ class Problem:
 def load(path: str | Path | Source, overrides: Sequence[str] = ()) -> Problem:
     """The problem of a campaign file, or of a source that was read before. overrides: `place=value`, as in `--set`.
 
-    Errors: CampaignError with every finding, each with file, line and column.
+    Errors: CampaignError with every finding, each with file, line and column; also where the campaign does not fit one of its
+    baseline controllers.
     """
-    return _problem(*parse(path, overrides))
+    problem = _problem(*parse(path, overrides))
+    baseline_problems(problem)
+    return problem
+
+
+def baseline_overrides(choice: Choice) -> tuple[str, ...]:
+    """Overrides that replace the controller under test by a baseline."""
+    controller = {"use": choice.use, "name": choice.name, **choice.parameters}
+    return f"controller={json.dumps(controller)}", "baselines=[]"
+
+
+def baseline_problems(problem: Problem) -> dict[str, Problem]:
+    """The campaign with each of its baselines as the controller, by name. CampaignError with what does not fit a baseline."""
+    source, findings, found = problem.spec.source, list[Finding](), dict[str, Problem]()
+    for index, choice in enumerate(problem.spec.baselines):
+        try:
+            found[choice.name] = _problem(*parse(source, baseline_overrides(choice)))
+        except CampaignError as error:
+            here = source.where(("baselines", index))
+            findings += [
+                replace(
+                    finding,
+                    where=here if finding.where.startswith("--set controller=") else finding.where,
+                    found=f"with the baseline {choice.name}: {finding.found}",
+                )
+                for finding in error.findings
+            ]
+    if findings:
+        raise CampaignError(findings)
+    return found
 
 
 def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Problem:

@@ -302,5 +302,5 @@ def test_a_grid_that_is_too_large_is_refused() -> None:
         searched("grid", sphere, cube(4, 0, candidates=624))
     assert len(searched("grid", sphere, cube(4, 0, candidates=625)).all) == 625
     for candidates in (None, 10**30):
-        with pytest.raises(UsageError, match="at most 1,000,000"):
+        with pytest.raises(UsageError, match="at most 1000000; use levels: 1"):
             searched("grid", sphere, cube(40, 0, candidates=candidates))

@@ -9,12 +9,14 @@ the grid. More combinations than candidates in the budget are an error, because 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from functools import partial
 
 import numpy as np
 
 from rvjax.campaign import Model
 from rvjax.campaign.fields import count
+from rvjax.campaign.problems import Problem
 from rvjax.components.search_methods.interface import Axis, Evaluate, Method, Task, Values, snapped
 from rvjax.errors import UsageError
 
@@ -35,23 +37,49 @@ def values(axis: Axis, levels: int) -> Values:
     return np.linspace(0.0, 1.0, levels) if levels > 1 else np.array([0.5])
 
 
+def shape(axes: Sequence[Axis], levels: int) -> list[int]:
+    """The number of coordinates of each axis."""
+    return [axis.levels or levels for axis in axes]
+
+
+def problems(parameters: Parameters, axes: Sequence[Axis], candidates: int | None) -> Iterable[Problem]:
+    """A grid of more candidates than the budget allows."""
+    counts = shape(axes, parameters.levels)
+    points, most = math.prod(counts), MOST_POINTS if candidates is None else min(candidates, MOST_POINTS)
+    if points <= most:
+        return
+    fewer = _most_levels(axes, most)
+    ways = [f"levels: {fewer}"] if fewer else []
+    ways += [f"a budget of {points} candidates"] if points <= MOST_POINTS else []
+    accepted = f"accepted: at most {most}; use {' or '.join(ways or ['fewer axes'])}"
+    yield Problem(f"a grid of {points:,} candidates ({' · '.join(map(str, counts))})", accepted, ("levels",))
+
+
+def _most_levels(axes: Sequence[Axis], most: int) -> int:
+    """The largest number of levels with which the grid has at most so many candidates; 0 where there is none."""
+    smooth = sum(not axis.levels for axis in axes)
+    room = most // math.prod(axis.levels for axis in axes if axis.levels)
+    if not smooth or not room:
+        return 0
+    levels = max(1, round(room ** (1.0 / smooth)))
+    return levels if levels**smooth <= room else levels - 1
+
+
 def search(parameters: Parameters, task: Task, evaluate: Evaluate) -> None:
     """Proposes the whole grid.
 
     Errors: UsageError if there are more combinations than candidates.
     """
+    for problem in problems(parameters, task.axes, task.candidates):
+        raise UsageError(f"{problem.message}; {problem.accepted}")
     columns = [values(axis, parameters.levels) for axis in task.axes]
-    shape = [len(column) for column in columns]
-    points = math.prod(shape)
-    most = MOST_POINTS if task.candidates is None else min(task.candidates, MOST_POINTS)
-    if points > most:
-        counts = " · ".join(map(str, shape))
-        raise UsageError(f"a grid of {points:,} candidates ({counts}); accepted: at most {most:,}; use fewer levels or axes")
+    counts = [len(column) for column in columns]
+    points = math.prod(counts)
     batch = parameters.batch or points
     for first in range(0, points, batch):
-        places = np.unravel_index(np.arange(first, min(first + batch, points)), shape)
+        places = np.unravel_index(np.arange(first, min(first + batch, points)), counts)
         chosen = [column[place] for column, place in zip(columns, places, strict=True)]
         evaluate(snapped(task.axes, np.stack(chosen, axis=1)))
 
 
-COMPONENT = Method(Parameters, lambda parameters: partial(search, parameters))
+COMPONENT = Method(Parameters, lambda parameters: partial(search, parameters), problems=problems)

@@ -6,13 +6,14 @@ its start, its seed and the results, so a search that is restarted with the same
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rvjax.campaign.problems import Problem
 from rvjax.components.registry import Component, P
 
 Values = NDArray[np.float64]
@@ -84,13 +85,21 @@ Search = Callable[[Task, Evaluate], None]
 """Runs until it has nothing left to propose, or until evaluate raises `Spent`, which it does not catch."""
 
 
+def _no_problem(parameters: Any, axes: Sequence[Axis], candidates: int | None) -> Iterable[Problem]:
+    """Every search can begin."""
+    del parameters, axes, candidates
+    return ()
+
+
 @dataclass(frozen=True)
 class Method(Component[P]):
     """A search method. gradient: it needs gradients. several: it searches the front of several objectives, not the best rank.
 
-    packages: distributions whose version may change the proposals.
+    packages: distributions whose version may change the proposals. problems(parameters, axes, candidates): why a search with
+    these axes and this budget cannot begin; places are those of the section `method`.
     """
 
     gradient: bool = field(default=False, kw_only=True)
     several: bool = field(default=False, kw_only=True)
     packages: tuple[str, ...] = field(default=(), kw_only=True)
+    problems: Callable[[P, Sequence[Axis], int | None], Iterable[Problem]] = field(default=_no_problem, kw_only=True)

@@ -14,7 +14,7 @@ from functools import partial
 from rvjax.campaign import Model
 from rvjax.campaign.fields import count
 from rvjax.components.search_methods.interface import Evaluate, Method, Task, snapped
-from rvjax.components.search_methods.optuna_studies import Space, imported, silent, study_of
+from rvjax.components.search_methods.optuna_studies import Space, problems, silent, study_of
 from rvjax.components.search_methods.point_sets import SEEDS, number
 
 FEWEST = 4
@@ -28,7 +28,6 @@ class Parameters(Model):
 
 def search(parameters: Parameters, task: Task, evaluate: Evaluate) -> None:
     """Proposes generations, all in the same study."""
-    imported("nsga")
     from optuna.samplers import NSGAIISampler
     from optuna.samplers.nsgaii import PolynomialMutation, SBXCrossover
 
@@ -49,4 +48,10 @@ def search(parameters: Parameters, task: Task, evaluate: Evaluate) -> None:
                 study.tell(candidate, [float(value) for value in objectives])
 
 
-COMPONENT = Method(Parameters, lambda parameters: partial(search, parameters), several=True, packages=("optuna",))
+COMPONENT = Method(
+    Parameters,
+    lambda parameters: partial(search, parameters),
+    several=True,
+    packages=("optuna",),
+    problems=lambda parameters, axes, candidates: problems("nsga"),
+)

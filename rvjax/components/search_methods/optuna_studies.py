@@ -9,13 +9,13 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from types import ModuleType
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rvjax.campaign.problems import Problem
 from rvjax.components.search_methods.interface import Axis, Values
-from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
     from optuna import Study
@@ -24,16 +24,10 @@ if TYPE_CHECKING:
     from optuna.trial import Trial
 
 
-def imported(method: str) -> ModuleType:
-    """The package Optuna.
-
-    Errors: UsageError if it is not installed.
-    """
-    try:
-        import optuna
-    except ImportError as error:
-        raise UsageError(f"the method {method} needs the package optuna; accepted: pip install 'rvjax[tune]'") from error
-    return optuna
+def problems(method: str) -> Iterator[Problem]:
+    """That the package Optuna is not installed."""
+    if find_spec("optuna") is None:
+        yield Problem(f"the method {method} needs the package optuna", "accepted: pip install 'rvjax[tune]'", ("use",))
 
 
 @contextmanager

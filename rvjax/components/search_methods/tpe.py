@@ -17,7 +17,7 @@ import numpy as np
 from rvjax.campaign import Model
 from rvjax.campaign.fields import count
 from rvjax.components.search_methods.interface import Evaluate, Method, Results, Task, Values, snapped
-from rvjax.components.search_methods.optuna_studies import Space, imported, silent, study_of
+from rvjax.components.search_methods.optuna_studies import Space, problems, silent, study_of
 from rvjax.components.search_methods.point_sets import SEEDS, number
 
 
@@ -35,7 +35,6 @@ def ranks(results: list[Results]) -> Values:
 
 def search(parameters: Parameters, task: Task, evaluate: Evaluate) -> None:
     """Proposes batches, each from a new study of all points before it, because their ranks change."""
-    imported("tpe")
     space, points, results = Space(task.axes), np.empty((0, len(task.axes))), list[Results]()
     while True:
         first = task.start[None] if task.start is not None and not results else points[:0]
@@ -62,4 +61,9 @@ def propose(space: Space, points: Values, results: list[Results], size: int, key
         return space.points([study.ask(distributions) for _ in range(size)])
 
 
-COMPONENT = Method(Parameters, lambda parameters: partial(search, parameters), packages=("optuna",))
+COMPONENT = Method(
+    Parameters,
+    lambda parameters: partial(search, parameters),
+    packages=("optuna",),
+    problems=lambda parameters, axes, candidates: problems("tpe"),
+)

@@ -30,9 +30,11 @@ from rvjax.components.samplers import sampling_design_of
 from rvjax.components.search_methods.interface import Method, Task
 from rvjax.errors import CampaignError, Finding, FolderError
 from rvjax.execution import run
+from rvjax.execution.audit import prove
 from rvjax.execution.identity import identity, provenance, short, source_digest
 from rvjax.run_folder import CAMPAIGN, RunDescription, RunFolder, tuning_record
 from rvjax.run_folder.manifest import NAME as MANIFEST
+from rvjax.run_folder.refusals import leaves_no_folder
 from rvjax.run_folder.tuning_record import Axis, Cost, Measured, Missed, Row, Searched, Sensitivity
 from rvjax.search.tuning.candidate_flights import Flights
 from rvjax.search.tuning.confirm import confirm
@@ -42,7 +44,7 @@ from rvjax.search.tuning.gradients import Slopes
 from rvjax.search.tuning.objective import Judge, Measure
 from rvjax.search.tuning.space import Space
 from rvjax.simulation import jax_config
-from rvjax.simulation.batch import LANES
+from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.problem import load
 from rvjax.simulation.requirement_checks import counted
 from rvjax.stats import explained
@@ -67,6 +69,9 @@ def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tun
         method = component("searches", use)
         parameters, more = validate(method.parameters, dict(tuning.method.parameters), ("tune", "method"), source)
         findings += more
+        for problem in method.problems(parameters, space.axes, tuning.budget.candidates) if parameters is not None else ():
+            place = ("tune", "method", *problem.place)
+            findings.append(source.finding(place, problem.message, problem.accepted, problem.at_key))
         if method.gradient:
             findings += Slopes.findings(space.problem, tuning)
         if tuning.goal == "pareto" and not method.several and len(tuning.objective) > 1:
@@ -151,10 +156,12 @@ def tune(
     judge = Judge(spec.require, measures, tuning.goal, _samples(spec))
     mine = _identity(first, tuning, seed)
     place = Path(out) if out is not None else Path("reports") / spec.name / f"tune-{short(mine)}"
-    folder = _open(place, mine, spec, provenance(command, overrides))
-    on_open(place)
-    done = _earlier(place)
-    with folder:
+    if not (place / MANIFEST).exists():
+        confirmed = load(path, [*overrides, *_fresh_draws(spec)])
+        prove(confirmed, Flyer.of(confirmed))
+    with leaves_no_folder(place), _open(place, mine, spec, provenance(command, overrides)) as folder:
+        on_open(place)
+        done = _earlier(place)
         seeds = (f"seed={seed}", f"tune.seed={seed}", f"tune.confirm.seed={_fresh(spec)}")
         space = first.of_search(place / CAMPAIGN, *seeds)
         names = [*_columns(space), *(draw_column(name) for name in (*space.problem.dispersions.columns, *counted(spec)))]
