@@ -31,6 +31,7 @@ from rvjax.analysis.run_totals import worst_first
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import MANY, success_of
 from rvjax.campaign import Requirement, Spec
+from rvjax.campaign.plain_values import exact
 from rvjax.columns import METRIC, Column, metric_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.components.settings import default
@@ -198,12 +199,12 @@ def compare(
 
 def _check(margin: float, confidence: float, quantiles: Sequence[tuple[str, float]]) -> None:
     if not 0 <= margin < 1:
-        raise UsageError(f"margin {margin:g}; accepted: a share from 0 to below 1, as 0.01")
+        raise UsageError(f"margin {exact(margin)}; accepted: a share from 0 to below 1, as 0.01")
     if not 0.5 < confidence < 1:
-        raise UsageError(f"confidence {confidence:g}; accepted: a number between 0.5 and 1, both excluded, as 0.95")
+        raise UsageError(f"confidence {exact(confidence)}; accepted: a number between 0.5 and 1, both excluded, as 0.95")
     for name, q in quantiles:
         if not 0 < q < 1:
-            raise UsageError(f"quantile {q:g} of {name}; accepted: a number between 0 and 1, both excluded, as 0.95")
+            raise UsageError(f"quantile {exact(q)} of {name}; accepted: a number between 0 and 1, both excluded, as 0.95")
 
 
 def _successes(spec: Spec) -> list[Requirement]:

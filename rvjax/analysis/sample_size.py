@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from rvjax.analysis.verdicts.sentences import title
+from rvjax.campaign.plain_values import exact
 from rvjax.errors import UsageError
 from rvjax.stats import e_boundary, schedule, sprt_boundary, verdict_chances, walk, wilks_smallest_n
 
@@ -185,15 +186,15 @@ def _running(method: str, boundary: Boundary, true: float, every: int, budget: i
 def _check(limit: float, confidence: float, trues: Sequence[float], power: float, expected: float | None, *, bad: bool) -> None:
     wrong: list[str] = []
     if not (0.0 < limit < 1.0 and 0.0 < 1.0 - limit < 1.0):
-        wrong.append(f"--at-{'most' if bad else 'least'} {limit:.12g}; accepted: a share between 0 and 1")
+        wrong.append(f"--at-{'most' if bad else 'least'} {exact(limit)}; accepted: a share between 0 and 1")
     if not 0.5 <= confidence < 1.0:
-        wrong.append(f"--confidence {confidence:.12g}; accepted: at least 0.5, below 1")
+        wrong.append(f"--confidence {exact(confidence)}; accepted: at least 0.5, below 1")
     if not 0.5 <= power < 1.0:
-        wrong.append(f"--power {power:.12g}; accepted: at least 0.5, below 1")
+        wrong.append(f"--power {exact(power)}; accepted: at least 0.5, below 1")
     for name, share in (*(("--true", true) for true in trues), *(() if expected is None else (("--expected", expected),))):
         if bad and not 0.0 < share < limit:
-            wrong.append(f"{name} {share:.12g}; accepted: a share below the {limit:.12g} that is allowed, above 0")
+            wrong.append(f"{name} {exact(share)}; accepted: a share below the {exact(limit)} that is allowed, above 0")
         elif not bad and not limit < share < 1.0:
-            wrong.append(f"{name} {share:.12g}; accepted: a share above the {limit:.12g} that is required, below 1")
+            wrong.append(f"{name} {exact(share)}; accepted: a share above the {exact(limit)} that is required, below 1")
     if wrong:
         raise UsageError("\n".join(wrong))

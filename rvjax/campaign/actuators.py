@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonS
 
 from rvjax.campaign.distributions import Fixed
 from rvjax.campaign.fields import Model, channels, number, option, part, scalar
-from rvjax.campaign.plain_values import is_list, is_mapping, is_number
+from rvjax.campaign.plain_values import exact, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.thruster_layout import FEWEST, LAYOUTS, MOST, Layout, Margin, limits, margins, rank
@@ -60,7 +60,7 @@ class Thruster(Model):
     @classmethod
     def _direction(cls, along: Triple) -> Triple:
         if not 1e-100 < math.hypot(*along) < 1e100:
-            refuse(Problem(f"the length is {math.hypot(*along):g}", "accepted: a direction of any other length"))
+            refuse(Problem(f"the length is {exact(math.hypot(*along))}", "accepted: a direction of any other length"))
         return along
 
 
@@ -101,8 +101,9 @@ class Thrusters(Model):
         if self.least_margin is not None:
             worst = min(margins(layout), key=lambda margin: margin.share)
             if worst.share < self.least_margin:
-                message = f"without {worst.lost} only {worst.share:.3g} of the limit {worst.channel} remains"
-                refuse(Problem(message, "accepted: a least margin that remains after every single loss", ("least_margin",)))
+                message = f"without {worst.lost} only {exact(worst.share)} of the limit {worst.channel} remains"
+                accepted = f"accepted: at most {exact(worst.share)}, the share that remains after every single loss"
+                refuse(Problem(message, accepted, ("least_margin",)))
         return self
 
     def _either_layout_or_list(self) -> None:

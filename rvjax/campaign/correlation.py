@@ -23,7 +23,7 @@ from pydantic_core import core_schema
 
 from rvjax.campaign.distributions import Normal
 from rvjax.campaign.fields import Model, option
-from rvjax.campaign.plain_values import is_list, is_number
+from rvjax.campaign.plain_values import exact, is_list, is_number
 from rvjax.campaign.problems import Problem, refuse, unexpected
 
 LEAST = 1e-8
@@ -101,7 +101,7 @@ class RankMatrix:
             refuse(*(unexpected(rows[i][j], accepted, (i, j)) for i, j in wrong))
         for i, j in places:
             if i == j and rows[i][j] != 1:
-                refuse(Problem(f"{rows[i][j]:g} on the diagonal", "accepted: 1 on the diagonal"))
+                refuse(Problem(f"{exact(rows[i][j])} on the diagonal", "accepted: 1 on the diagonal"))
         _check_symmetric(rows)
         rank = tuple(tuple(float(entry) for entry in row) for row in rows)
         check_possible(rank)

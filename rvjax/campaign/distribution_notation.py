@@ -38,7 +38,7 @@ from rvjax.campaign.distributions import (
     Weibull,
 )
 from rvjax.campaign.distributions.interface import ABOVE_ZERO
-from rvjax.campaign.plain_values import Place, is_list, is_mapping, is_number, shorten
+from rvjax.campaign.plain_values import Place, exact, is_list, is_mapping, is_number, shorten
 from rvjax.campaign.problems import Problem, unexpected
 from rvjax.campaign.quantity import Shape
 from rvjax.campaign.zero_width import only_number
@@ -93,7 +93,7 @@ class Range:
     def words(self, unit: str) -> str:
         """`at least 0 and below 1 kg`; empty where every number is accepted."""
         bounds = (("at least", self.at_least), ("above", self.above), ("at most", self.at_most), ("below", self.below))
-        return " and ".join(f"{words} {with_unit(f'{value:g}', unit)}" for words, value in bounds if value is not None)
+        return " and ".join(f"{words} {with_unit(exact(value), unit)}" for words, value in bounds if value is not None)
 
 
 def with_unit(text: str, unit: str, between: str = " ") -> str:
@@ -306,7 +306,7 @@ class Reader:
             if radius >= 0.0:
                 self.checked(word, lambda radius=radius: Uniform(-radius, radius) if radius else NOTHING, place)
                 return radius
-            self.refuse(place, f"{word}: found {radius:g}", f"accepted: a radius of at least {with_unit('0', self.unit)}")
+            self.refuse(place, f"{word}: found {exact(radius)}", f"accepted: a radius of at least {with_unit('0', self.unit)}")
         return 0.0
 
     def numbers(self, given: Any, names: tuple[str, ...] | None, place: Place) -> list[float]:
@@ -345,8 +345,8 @@ class Reader:
         except ValueError as error:
             return self.refuse(place, f"{word}: {error}", "")
         if not self.range.admits(law.low, law.high):
-            low = "above 0" if law.low == ABOVE_ZERO else f"{law.low:g}"
-            ends = with_unit(low if law.low == law.high else f"{low} to {law.high:g}", self.unit)
+            low = "above 0" if law.low == ABOVE_ZERO else exact(law.low)
+            ends = with_unit(low if law.low == law.high else f"{low} to {exact(law.high)}", self.unit)
             hint = "; a truncated_normal has bounds" if math.isinf(law.low) or math.isinf(law.high) else ""
             return self.refuse(
                 place, f"{word} reaches from {ends}" if word else ends, f"accepted: {self.range.words(self.unit)}{hint}"

@@ -29,11 +29,15 @@ class Names:
 
     def draw(self, name: str) -> Wrong | None:
         """What is wrong with the name of a draw."""
+        return self._known(name, list(self.variable))
+
+    def _known(self, name: str, accepted: Sequence[str]) -> Wrong | None:
+        """What is wrong with the name of a draw; of those accepted, some are proposed."""
         if name in self.variable:
             return None
         if name in self._fixed:
             return f"{shorten(name)} is fixed, not drawn", "accepted: the name of a draw"
-        return f"{shorten(name)} is not a draw", self._suggestion(name, list(self.variable))
+        return f"{shorten(name)} is not a draw", self._suggestion(name, accepted)
 
     def scalar(self, name: str) -> Wrong | None:
         """What is wrong with the name of a draw that must have an independent law."""
@@ -41,7 +45,7 @@ class Names:
             variable = self.variable[name]
             message = f"{name} is drawn jointly with the other components of {variable.name}"
             return message, f"accepted: a draw with a scalar law, not {in_words(variable.law)}"
-        return self.draw(name)
+        return self._known(name, [draw for draw in self.variable if draw in self.drawn])
 
     def beginning(self, name: str) -> Wrong | None:
         """What is wrong with the name of some draws, or the beginning of their names."""

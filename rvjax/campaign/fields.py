@@ -36,7 +36,7 @@ from rvjax.campaign.attitudes import attitude_forms
 from rvjax.campaign.csv_columns import DeclaredSeries
 from rvjax.campaign.distribution_notation import PLAIN, Range, Reader, VectorNotation, did_you_mean, with_unit
 from rvjax.campaign.json_forms import distribution, drawn_attitude, joint_distribution
-from rvjax.campaign.plain_values import Place, is_mapping, is_number
+from rvjax.campaign.plain_values import Place, exact, is_mapping, is_number
 from rvjax.campaign.problems import Problem, problems, refuse, unexpected
 from rvjax.campaign.quantity import Quantity, Shape
 from rvjax.campaign.reference_body import Follows, words
@@ -246,8 +246,8 @@ class DeclaredQuantity(Declared):
             refuse(*reader.problems)
         quantity = Quantity(self.shape, parts, joint, self.unit, self.doc)
         if self.largest_norm is not None and quantity.largest_norm > self.largest_norm:
-            most = with_unit(f"{self.largest_norm:g}", self.symbol)
-            message = f"the norm reaches {with_unit(f'{quantity.largest_norm:g}', self.symbol)}"
+            most = with_unit(exact(self.largest_norm), self.symbol)
+            message = f"the norm reaches {with_unit(exact(quantity.largest_norm), self.symbol)}"
             refuse(Problem(message, f"accepted: a norm of at most {most} in every draw"))
         try:
             scaled = tuple(part.scaled(self.factor) for part in parts)

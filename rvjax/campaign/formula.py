@@ -21,7 +21,7 @@ from pydantic_core import core_schema
 
 from rvjax.campaign.choice import NAME, NAME_WORDS
 from rvjax.campaign.distribution_notation import did_you_mean
-from rvjax.campaign.plain_values import Place, is_list, is_mapping, is_number, shorten
+from rvjax.campaign.plain_values import Place, exact, is_list, is_mapping, is_number, shorten
 from rvjax.campaign.problems import Problem, refuse, unexpected
 
 MOST = 256
@@ -254,17 +254,20 @@ class Reader:
         end = math.inf if window.end is None else window.end
         last = (*place, "to_s" if "to_s" in raw else "from_s")
         if window.start > end:
-            return self._wrong(f"an empty window, from {window.start:g} s to {end:g} s", "accepted: from_s up to to_s", last)
+            return self._wrong(
+                f"an empty window, from {exact(window.start)} s to {exact(end)} s", "accepted: from_s up to to_s", last
+            )
         if self.horizon is None:
             return window
         duration, step = self.horizon
         for key in WINDOW:
             if raw.get(key, 0.0) > duration * (1.0 + STEPS):
-                message = f"{raw[key]:g} s is after the end of the flight"
-                self._wrong(message, f"accepted: at most {duration:g} s", (*place, key))
+                message = f"{exact(raw[key])} s is after the end of the flight"
+                self._wrong(message, f"accepted: at most {exact(duration)} s", (*place, key))
         first, behind = window.steps(step)
         if first > min(behind, round(duration / step)) and len(self.problems) == before:
-            message = f"an empty window: no step of {step:g} s falls between {window.start:g} s and {min(end, duration):g} s"
+            ends = f"{exact(window.start)} s and {exact(min(end, duration))} s"
+            message = f"an empty window: no step of {exact(step)} s falls between {ends}"
             self._wrong(message, "accepted: a window that contains a step", last)
         return window if len(self.problems) == before else None
 
@@ -322,8 +325,8 @@ def in_words(formula: Formula, units: Mapping[str, str]) -> str:
     if isinstance(formula, Predicate):
         unit = units.get(formula.signal, "")
         unit = "" if unit in ("", "1") else f" {unit}"
-        scaled = "" if formula.scale is None else f", per {formula.scale:g}{unit}"
-        return f"{shorten(formula.signal)} {'above' if formula.above else 'below'} {formula.value:g}{unit}{scaled}"
+        scaled = "" if formula.scale is None else f", per {exact(formula.scale)}{unit}"
+        return f"{shorten(formula.signal)} {'above' if formula.above else 'below'} {exact(formula.value)}{unit}{scaled}"
     inner = [in_words(part, units) for part in parts_of(formula)]
     if isinstance(formula, Junction):
         return f"{formula.word} of ({'; '.join(inner)})"
@@ -332,7 +335,7 @@ def in_words(formula: Formula, units: Mapping[str, str]) -> str:
     if isinstance(formula, UntilSettled):
         return f"until settled ({inner[0]})"
     start, end = formula.window.start, formula.window.end
-    window = (f" from {start:g} s" if start else "") + ("" if end is None else f" to {end:g} s")
+    window = (f" from {exact(start)} s" if start else "") + ("" if end is None else f" to {exact(end)} s")
     if isinstance(formula, Until):
         return f"hold ({inner[0]}) until{window} ({inner[1]})"
     words = {Always: "always", Eventually: "eventually", TimeShare: "share of time"}

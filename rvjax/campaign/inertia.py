@@ -31,7 +31,7 @@ from rvjax.campaign.distributions import Attitude, Direction
 from rvjax.campaign.fields import Model, flag, option, scalar, vector
 from rvjax.campaign.inertia_validity import about_centre, definite, physical, triangle
 from rvjax.campaign.json_forms import distribution
-from rvjax.campaign.plain_values import Place, describe, is_list, is_mapping, is_number
+from rvjax.campaign.plain_values import Place, describe, exact, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, problems, refuse, unexpected
 from rvjax.campaign.quantity import Quantity
 
@@ -221,14 +221,15 @@ def check_centre(inertia: PrincipalInertia | MatrixInertia, mass: Quantity, cent
         sigma = [0.5 * np.trace(j) * np.eye(3) - j for j in map(_full, corners.T[:, :6])]
         least = float(np.linalg.eigvalsh(np.array(sigma)).min())
         if heaviest * centre.largest_norm**2 > least:
-            message = f"m |c|^2 reaches {heaviest * centre.largest_norm**2:g} kg·m², the body allows {max(least, 0.0):g} kg·m²"
+            reached, allowed = exact(heaviest * centre.largest_norm**2), exact(max(least, 0.0))
+            message = f"m |c|^2 reaches {reached} kg·m², the body allows {allowed} kg·m²"
             refuse(Problem(message, accepted))
         return
     moved = about_centre(_entries(corners), heaviest, tuple(corners[-3:]))
     wrong = np.flatnonzero(~physical(moved))
     if wrong.size:
-        at = ", ".join(f"{entry:g}" for entry in corners[-3:, wrong[0]])
-        refuse(Problem(f"the draw {at} with {heaviest:g} kg leaves an unphysical inertia", accepted))
+        at = ", ".join(exact(entry) for entry in corners[-3:, wrong[0]])
+        refuse(Problem(f"the draw {at} with {exact(heaviest)} kg leaves an unphysical inertia", accepted))
 
 
 def _full(corner: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -270,5 +271,5 @@ def _check_corners(moments: Quantity, products: Quantity | None = None) -> None:
         order = "" if products is None else f"; {ORDER}"
         wrong = np.flatnonzero(~holds(_entries(corners)))
         if wrong.size:
-            entries = ", ".join(f"{entry:g}" for entry in corners[: 3 * len(given), wrong[0]])
+            entries = ", ".join(exact(entry) for entry in corners[: 3 * len(given), wrong[0]])
             refuse(Problem(f"the draw {entries} {message}", f"{accepted}, in every draw, {INSTEAD}{order}"))

@@ -19,7 +19,7 @@ from rvjax.campaign.fields import Model, attitude, count, number, option, part, 
 from rvjax.campaign.formula import Formula, Margins
 from rvjax.campaign.inertia import Inertia, check_centre
 from rvjax.campaign.overrides import override, replace_values
-from rvjax.campaign.plain_values import Place
+from rvjax.campaign.plain_values import Place, exact, shortest
 from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.requirement import Requirement
@@ -32,6 +32,12 @@ EARTH_RADIUS_M = 6378e3
 MOST_STEPS = 10_000_000
 WHOLE = 1e-9
 """How far a duration may be from a whole number of steps, relative."""
+
+
+def _divides(step: float, span: float) -> bool:
+    """Whether a span of time is a whole number of steps that a flight may have, at least 1."""
+    whole = max(round(span / step), 1) if step > 0.0 else 0
+    return step <= span * (1.0 + WHOLE) and span / step <= MOST_STEPS and abs(whole * step - span) <= WHOLE * span
 
 
 class Horizon(Model):
@@ -53,13 +59,15 @@ class Horizon(Model):
             return step
         duration = info.data["duration_s"]
         if step > duration:
-            refuse(Problem(f"{step:g} s is longer than the flight", f"accepted: at most {duration:g} s"))
+            refuse(Problem(f"{exact(step)} s is longer than the flight", f"accepted: at most {exact(duration)} s"))
         if duration / step > MOST_STEPS:
-            refuse(Problem(f"the flight has {duration / step:g} steps", f"accepted: at most {MOST_STEPS:,} steps"))
-        whole = round(duration / step)
-        if abs(whole * step - duration) > WHOLE * duration:
-            accepted = f"accepted: a whole number of steps, such as {duration / whole:g} s"
-            refuse(Problem(f"{duration:g} s is {duration / step:g} steps", accepted))
+            least = shortest(duration / MOST_STEPS, lambda x: _divides(x, duration))
+            accepted = f"accepted: at most {MOST_STEPS} steps, such as steps of {least} s"
+            refuse(Problem(f"the flight has {exact(duration / step)} steps", accepted))
+        if not _divides(step, duration):
+            nearest = shortest(duration / round(duration / step), lambda x: _divides(x, duration))
+            accepted = f"accepted: a whole number of steps, such as {nearest} s"
+            refuse(Problem(f"{exact(duration)} s is {exact(duration / step)} steps", accepted))
         return step
 
     @field_validator("control_period_s")
@@ -67,10 +75,10 @@ class Horizon(Model):
     def _whole_steps(cls, period: float | None, info: ValidationInfo) -> float | None:
         if period is not None and "step_s" in info.data:
             step = info.data["step_s"]
-            whole = max(round(period / step), 1)
-            if abs(whole * step - period) > WHOLE * period:
-                message = f"{period:g} s is {period / step:g} steps"
-                refuse(Problem(message, f"accepted: a whole number of steps, such as {whole * step:g} s"))
+            if not _divides(step, period):
+                nearest = shortest(max(round(period / step), 1) * step, lambda x: _divides(step, x))
+                message = f"{exact(period)} s is {exact(period / step)} steps"
+                refuse(Problem(message, f"accepted: a whole number of steps, such as {nearest} s"))
         return period
 
     @property
@@ -97,8 +105,8 @@ class Orbit(Model):
         if "eccentricity" in info.data:
             ((lowest, _),), ((_, most),) = axis.supports, info.data["eccentricity"].supports
             if lowest * (1.0 - most) <= EARTH_RADIUS_M:
-                message = f"the perigee can be as low as {lowest * (1.0 - most) / 1e3:g} km"
-                refuse(Problem(message, f"accepted: above {EARTH_RADIUS_M / 1e3:g} km from the centre, in every draw"))
+                message = f"the perigee can be as low as {exact(lowest * (1.0 - most) / 1e3)} km"
+                refuse(Problem(message, f"accepted: above {exact(EARTH_RADIUS_M / 1e3)} km from the centre, in every draw"))
         return axis
 
 
@@ -235,8 +243,10 @@ class Spec(Model):
     @classmethod
     def _inside_flight(cls, capture: Capture, info: ValidationInfo) -> Capture:
         if "horizon" in info.data and capture.window_s > info.data["horizon"].duration_s:
-            accepted = f"accepted: at most {info.data['horizon'].duration_s:g} s"
-            refuse(Problem(f"the closing window of {capture.window_s:g} s is longer than the flight", accepted, ("window_s",)))
+            accepted = f"accepted: at most {exact(info.data['horizon'].duration_s)} s"
+            refuse(
+                Problem(f"the closing window of {exact(capture.window_s)} s is longer than the flight", accepted, ("window_s",))
+            )
         return capture
 
     @field_validator("tune")

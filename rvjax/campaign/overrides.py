@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from rvjax.campaign.choice import entry_names
-from rvjax.campaign.plain_values import Place, dotted, is_list, is_mapping, shorten
+from rvjax.campaign.plain_values import Place, dotted, exact, is_list, is_mapping, shorten
 from rvjax.campaign.source import Source
 from rvjax.campaign.yaml_document import LARGEST, Document, parse
 from rvjax.errors import Finding
@@ -31,7 +31,7 @@ def replace_values(source: Source, values: Mapping[str, float | str]) -> Source:
         if isinstance(value, str) or abs(value) <= LARGEST:
             findings += _put(changed, path, Document(label, value, {(): label}))
         else:
-            findings.append(Finding(label, path, f"{value} is not finite or too large", f"accepted: at most {LARGEST:g}"))
+            findings.append(Finding(label, path, f"{value} is not finite or too large", f"accepted: at most {exact(LARGEST)}"))
     return replace(changed, findings=(*source.findings, *findings))
 
 

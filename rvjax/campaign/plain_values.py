@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, TypeGuard
 
 Place = tuple[str | int, ...]
@@ -41,6 +42,20 @@ def describe(value: object) -> str:
     if is_mapping(value):
         return f"a mapping with {', '.join(shorten(key) for key in list(value)[:3]) or 'nothing in it'}"
     return str(value)
+
+
+def exact(value: float) -> str:
+    """A number with the digits that give the same number when it is read again, and no more: 60, 0.1, 1e-05."""
+    return repr(float(value)).removesuffix(".0") if isinstance(value, float) else str(value)
+
+
+def shortest(value: float, accepted: Callable[[float], bool]) -> str:
+    """The number with the fewest digits that is near `value` and accepted; with all digits where no shorter number is."""
+    for digits in range(1, 17):
+        rounded = float(f"{value:.{digits}g}")
+        if accepted(rounded):
+            return exact(rounded)
+    return exact(float(value))
 
 
 def shorten(text: str, most: int = 40) -> str:

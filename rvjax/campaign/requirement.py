@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, ValidationError, WithJsonSchema, model_val
 
 from rvjax.campaign.bound import Bound, bound_of
 from rvjax.campaign.fields import Model, flag, number, option
-from rvjax.campaign.plain_values import is_list, is_mapping, is_number
+from rvjax.campaign.plain_values import exact, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, problems, refuse, unexpected
 
 Method = Literal["fixed", "sequential", "sprt"]
@@ -34,7 +34,7 @@ class Condition(Model):
 
     def __str__(self) -> str:
         bounds = {"<": self.below, "≥": self.at_least, "=": self.equals}
-        return " and ".join(f"{sign} {value:g}" for sign, value in bounds.items() if value is not None)
+        return " and ".join(f"{sign} {exact(value)}" for sign, value in bounds.items() if value is not None)
 
 
 def _conditions(given: Any) -> dict[str, Condition]:
@@ -156,8 +156,9 @@ class Requirement(Model):
         if self.expected is None:
             return [Problem("missing", "accepted: the share that the design is expected to reach", ("expected",), at_key=True)]
         if self.design <= self.limit:
-            side, limit = ("below", self.at_most) if self.at_most is not None else ("above", self.limit)
-            return [Problem(f"found {self.expected:.12g}", f"accepted: a share {side} the required {limit:.12g}", ("expected",))]
+            side, limit = ("above", self.limit) if self.at_most is None else ("below", self.at_most)
+            accepted = f"accepted: a share {side} the required {exact(limit)}"
+            return [Problem(f"found {exact(self.expected)}", accepted, ("expected",))]
         return []
 
     def _mean(self) -> list[Problem]:
@@ -171,8 +172,8 @@ class Requirement(Model):
         if self.range is None or bound is None or self.range[0] < bound.value < self.range[1]:
             return []
         low, high = self.range
-        accepted = f"accepted: a value inside the range of {low:g} to {high:g}"
-        return [Problem(f"{bound.value:g} decides nothing", accepted, (bound.side,))]
+        accepted = f"accepted: a value inside the range of {exact(low)} to {exact(high)}"
+        return [Problem(f"{exact(bound.value)} decides nothing", accepted, (bound.side,))]
 
 
 def _exactly_one(given: set[str], names: tuple[str, ...]) -> list[Problem]:

@@ -20,7 +20,7 @@ from typing import Any, TypeGuard
 
 from pydantic_core import core_schema
 
-from rvjax.campaign.plain_values import describe, is_list, is_mapping, is_number
+from rvjax.campaign.plain_values import describe, exact, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, refuse, unexpected
 
 FOUR = 4
@@ -74,7 +74,7 @@ class Linear(Span):
         return (x - self.low) / (self.high - self.low)
 
     def __str__(self) -> str:
-        return f"{self.low:g} to {self.high:g}"
+        return f"{exact(self.low)} to {exact(self.high)}"
 
 
 class Log(Span):
@@ -87,7 +87,7 @@ class Log(Span):
         return math.log(x / self.low) / math.log(self.high / self.low)
 
     def __str__(self) -> str:
-        return f"{self.low:g} to {self.high:g}, by ratio"
+        return f"{exact(self.low)} to {exact(self.high)}, by ratio"
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Product:
     factors: tuple[float | str, ...]
 
     def __str__(self) -> str:
-        return " · ".join(f"{factor:g}" if is_number(factor) else str(factor) for factor in self.factors)
+        return " · ".join(exact(factor) if is_number(factor) else str(factor) for factor in self.factors)
 
 
 Free = Linear | Log | Levels
@@ -225,13 +225,13 @@ def _linear(raw: Any) -> _Read:
 def _log(raw: Any) -> _Read:
     ends, accepted = _ends(raw, "log"), "accepted: [a, b], two numbers above 0, a below b"
     if ends and ends[0] <= 0:
-        return None, f"the range {ends[0]:g} to {ends[1]:g} is not above 0", accepted
+        return None, f"the range {exact(ends[0])} to {exact(ends[1])} is not above 0", accepted
     return Log(float(ends[0]), float(ends[1])) if ends else None, _describe(raw), accepted
 
 
 def _integer(raw: Any) -> _Read:
     ends = _ends(raw, "integer")
-    accepted = f"accepted: [a, b], two whole numbers, a below b, at most {MOST_LEVELS:,} apart"
+    accepted = f"accepted: [a, b], two whole numbers, a below b, less than {MOST_LEVELS} apart"
     if ends is None or ends[1] - ends[0] >= MOST_LEVELS:
         return None, _describe(raw), accepted
     return Levels(tuple(range(int(ends[0]), int(ends[1]) + 1)), ordered=True), "", ""

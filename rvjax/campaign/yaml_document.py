@@ -15,7 +15,7 @@ import ruamel.yaml.events
 from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 
-from rvjax.campaign.plain_values import Place, describe, dotted, shorten
+from rvjax.campaign.plain_values import Place, describe, dotted, exact, shorten
 from rvjax.errors import Finding
 
 MOST_NODES = 5_000
@@ -174,5 +174,5 @@ class _Reading:
             return self.refuse(event, place, f"a number of {len(text)} characters", f"accepted: at most {MOST_DIGITS}")
         number = int(text, 0) if other_base else int(text) if _INTEGER.fullmatch(text) else float(text)
         if abs(number) > LARGEST:
-            return self.refuse(event, place, f"{text} is too large", f"accepted: at most {LARGEST:g}")
+            return self.refuse(event, place, f"{text} is too large", f"accepted: at most {exact(LARGEST)}")
         return number

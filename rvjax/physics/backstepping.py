@@ -21,6 +21,7 @@ import jax.numpy as jnp
 from pydantic import model_validator
 
 from rvjax.campaign import Model, Quantity, scalar
+from rvjax.campaign.plain_values import exact
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.physics.dynamics import Relative, relative
 from rvjax.physics.state import Measurement, Numbers
@@ -123,7 +124,9 @@ def _outside(what: str, key: str, low: Quantity, start: Quantity, high: Quantity
     if floor <= least and most <= ceiling:
         return None
     return Problem(
-        f"the estimated {what} starts outside its bounds", f"accepted: from {floor:g} to {ceiling:g} in every draw", (key,)
+        f"the estimated {what} starts outside its bounds",
+        f"accepted: from {exact(floor)} to {exact(ceiling)} in every draw",
+        (key,),
     )
 
 

@@ -66,7 +66,7 @@ class AvailableSignals:
             message = f"{shown} is no signal of the baseline {', '.join(lacking)}"
             return (message, "accepted: a signal of every controller that flies") if lacking else None
         if name.startswith(SIGNAL):
-            known = [signal for signal in self.signals if signal.startswith(SIGNAL)]
+            known = [signal for signal in self._shared if signal.startswith(SIGNAL)]
             return (f"{shown} is no signal of the controller", _nearest(name, known, few)) if self.known else None
         if name.startswith("seen_") and name in recorded({}, {}, True, 0):
             return f"{shown} is not recorded: there is no navigation", f"accepted: {name.removeprefix('seen_')}, the true one"
@@ -75,7 +75,12 @@ class AvailableSignals:
                 return None
             fly = f"{self.thrusters} thrusters fly" if self.thrusters else "no thrusters fly"
             return f"{shown} is not recorded: {fly}", "accepted: the thrust of an existing thruster"
-        return f"{shown} is no signal", _nearest(name, list(self.signals), few)
+        return f"{shown} is no signal", _nearest(name, self._shared, few)
+
+    @property
+    def _shared(self) -> list[str]:
+        """The signals of every controller that flies."""
+        return [name for name in self.signals if all(name in signals for signals in self.baselines.values())]
 
     def _mixed_units(self, formula: Formula) -> Iterator[tuple[tuple[str | int, ...], list[str]]]:
         """(place, units) of each part of a formula that combines margins of different units."""

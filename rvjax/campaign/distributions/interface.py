@@ -13,6 +13,8 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rvjax.campaign.plain_values import exact
+
 Array = NDArray[np.float64]
 
 ABOVE_ZERO = math.ulp(0.0)
@@ -88,4 +90,4 @@ def wide(name: str, value: float) -> None:
 def between(name: str, value: float, low: float, high: float) -> None:
     """ValueError unless a parameter is in a range in which draws keep their digits."""
     if not low <= value <= high:
-        raise ValueError(f"the {name} must be {low:g} to {high:g}")
+        raise ValueError(f"the {name} must be {exact(low)} to {exact(high)}")

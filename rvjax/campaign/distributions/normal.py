@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.special import erf, erfinv, log_ndtr, ndtr, ndtri, ndtri_exp  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.campaign.distributions.interface import ABOVE_ZERO, Array, array, between, ordered, positive, wide
+from rvjax.campaign.plain_values import exact
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class TruncatedNormal:
         wide("standard deviation", self.sd)
         ordered(self.low, self.high)
         if max(self.low - self.mean, self.mean - self.high) > self.FARTHEST * self.sd:
-            raise ValueError(f"the interval lies more than {self.FARTHEST:g} standard deviations from the mean")
+            raise ValueError(f"the interval lies more than {exact(self.FARTHEST)} standard deviations from the mean")
 
     def _ends(self) -> tuple[float, float]:
         return (self.low - self.mean) / self.sd, (self.high - self.mean) / self.sd

@@ -24,6 +24,7 @@ from typing import NamedTuple, Self
 from pydantic import model_validator
 
 from rvjax.campaign import Model, Quantity, part, scalar, with_defaults
+from rvjax.campaign.plain_values import exact
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.columns import Column
 from rvjax.components.controllers.interface import ESTIMATES, Controller, Response, Saturate
@@ -61,7 +62,7 @@ class Gains(
         ((slowest, _),), ((_, loop),) = self.filter_rad_s.supports, self.k1.supports
         if slowest <= loop:
             words = "the command filter is not faster than the position loop"
-            refuse(Problem(words, f"accepted: above k1, {loop:g} rad/s, in every draw", ("filter_rad_s",)))
+            refuse(Problem(words, f"accepted: above k1, {exact(loop)} rad/s, in every draw", ("filter_rad_s",)))
         return self
 
 

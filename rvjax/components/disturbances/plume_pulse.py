@@ -17,6 +17,7 @@ import jax.numpy as jnp
 from pydantic import model_validator
 
 from rvjax.campaign import Model, Quantity, scalar, vector
+from rvjax.campaign.plain_values import exact
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.effect import zero
@@ -43,8 +44,8 @@ class Parameters(Model):
         if self.period_s is not None:
             longest, (least, _) = self.width_s.supports[0][1] + self.edge_s.supports[0][1], self.period_s.supports[0]
             if longest > least:
-                words = f"a period of {least:g} s is shorter than a pulse of up to {longest:g} s, edge included"
-                refuse(Problem(words, f"accepted: at least {longest:g} s in every draw", ("period_s",)))
+                words = f"a period of {exact(least)} s is shorter than a pulse of up to {exact(longest)} s, edge included"
+                refuse(Problem(words, f"accepted: at least {exact(longest)} s in every draw", ("period_s",)))
         return self
 
 

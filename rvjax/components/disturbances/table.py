@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
 from rvjax.campaign import Model, Quantity, Series, option, scalar, series
-from rvjax.campaign.plain_values import describe, is_list, is_number
+from rvjax.campaign.plain_values import describe, exact, is_list, is_number
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.effect import zero
@@ -84,7 +84,7 @@ class Parameters(Model):
         if not 2 <= count <= MOST_ROWS:
             refuse(Problem(f"{self._place(count - 1)}: rows in the table: {count:,}", f"accepted: 2 to {MOST_ROWS:,}", place))
         for row in np.flatnonzero(np.diff(self.table[:, 0]) <= 0.0)[:1] + 1:
-            words = f"{self._place(row)} has the time {self.table[row, 0]:g} s"
+            words = f"{self._place(row)} has the time {exact(float(self.table[row, 0]))} s"
             refuse(Problem(words, "accepted: a time after that of the row before", place))
         return self
 

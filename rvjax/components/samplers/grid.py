@@ -19,7 +19,7 @@ from pydantic_core import core_schema
 
 from rvjax.campaign import Model, option
 from rvjax.campaign.distributions import Distribution
-from rvjax.campaign.plain_values import describe, is_list, is_mapping, is_number
+from rvjax.campaign.plain_values import describe, exact, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, refuse
 from rvjax.components.samplers.interface import PLACE, Samples, Sampling, Scheme, Setting, Streams, Values
 from rvjax.stats.sampling_design import Exploration
@@ -39,7 +39,7 @@ class ReadLevels:
         """The levels by name, sorted. Reports every problem at once."""
         if not is_mapping(raw) or not raw:
             refuse(Problem(f"found {describe(raw)}", "accepted: a mapping from names of draws to levels"))
-        accepted = f"accepted: a number of levels, 1 to {MOST_LEVELS:,}, or a list of different values"
+        accepted = f"accepted: a number of levels, 1 to {MOST_LEVELS}, or a list of different values"
         wrong = [
             Problem(f"found {describe(levels)}", accepted, (name,)) for name, levels in raw.items() if not self._valid(levels)
         ]
@@ -106,7 +106,7 @@ def scheme(parameters: Parameters) -> Scheme:
         product = math.prod(map(_count, levels.values()))
         if product != setting.samples:
             counts = " · ".join(str(_count(values)) for values in list(levels.values())[:SHOWN]) + " · …" * (len(levels) > SHOWN)
-            whole = f"{product:,}" if product <= MOST_SAMPLES else f"fewer levels: more than {MOST_SAMPLES:,} samples"
+            whole = str(product) if product <= MOST_SAMPLES else f"fewer levels: more than {MOST_SAMPLES:,} samples"
             accepted = f"accepted: {whole}, the combinations of the levels ({counts})"
             yield Problem(f"{setting.samples:,} samples of a grid", accepted, ("samples",))
 
@@ -121,8 +121,8 @@ def outside(law: Any, values: tuple[float, ...], place: tuple[str | int, ...]) -
     scalar: Distribution = law
     for index, value in enumerate(values):
         if not scalar.low <= value <= scalar.high:
-            accepted = f"accepted: {scalar.low:g} to {scalar.high:g}, in the unit of the draw"
-            yield Problem(f"{value:g} is outside the distribution", accepted, (*place, index))
+            accepted = f"accepted: {exact(scalar.low)} to {exact(scalar.high)}, in the unit of the draw"
+            yield Problem(f"{exact(value)} is outside the distribution", accepted, (*place, index))
 
 
 COMPONENT = Sampling(Parameters, scheme, design=Exploration())

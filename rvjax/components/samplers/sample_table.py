@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.campaign import Series
+from rvjax.campaign.plain_values import exact
 from rvjax.campaign.problems import Problem
 from rvjax.components.samplers.interface import PLACE, Samples, Setting, Values
 
@@ -37,7 +38,7 @@ class SampleTable:
     def length_problems(self, setting: Setting) -> Iterable[Problem]:
         """A number of samples that differs from the number of rows."""
         if self.rows != setting.samples:
-            accepted = f"accepted: {self.rows:,}, a sample for each row of the table ({self.file} lines {self.span})"
+            accepted = f"accepted: {self.rows}, a sample for each row of the table ({self.file} lines {self.span})"
             yield Problem(f"{setting.samples:,} samples", accepted, ("samples",))
 
     @property
@@ -58,7 +59,7 @@ class SampleTable:
     def value_problems(self, name: str, columns: Sequence[str], valid: NDArray[np.bool_], accepted: str) -> Iterable[Problem]:
         """The first row that is not valid. name: of what the columns hold; valid: (rows,)."""
         for row in np.flatnonzero(~valid)[:1]:
-            values = ", ".join(f"{self.columns[column][row]:g}" for column in columns)
+            values = ", ".join(exact(float(self.columns[column][row])) for column in columns)
             message = f"{self.file} line {self.lines[row]}, {name}: {values}"
             yield Problem(message, f"accepted: {accepted}", CSV, at_key=True)
 

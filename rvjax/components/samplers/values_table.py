@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from rvjax.campaign import Model, Series, series
+from rvjax.campaign.plain_values import exact
 from rvjax.campaign.problems import Problem
 from rvjax.campaign.variables import Variable
 from rvjax.columns import DRAW
@@ -71,10 +72,10 @@ def _variable_problems(variable: Variable, table: SampleTable) -> Iterable[Probl
     values = np.stack([table.columns[name] for name in variable.draws])
     if len(variable.draws) == 1:
         low, high = law.low, law.high
-        inside, words = (values[0] >= low) & (values[0] <= high), f"{low:g} to {high:g}"
+        inside, words = (values[0] >= low) & (values[0] <= high), f"{exact(low)} to {exact(high)}"
     else:
         radius = law.radius
-        inside, words = np.linalg.norm(values, axis=0) <= radius * (1.0 + NORM), f"a norm of at most {radius:g}"
+        inside, words = np.linalg.norm(values, axis=0) <= radius * (1.0 + NORM), f"a norm of at most {exact(radius)}"
     accepted = f"{words}, the support of the distribution in the unit of the draw"
     yield from table.value_problems(variable.name, variable.draws, inside, accepted)
 

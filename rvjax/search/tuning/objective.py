@@ -40,6 +40,7 @@ from scipy import special
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.sentences import title
 from rvjax.campaign import Requirement
+from rvjax.campaign.plain_values import exact
 from rvjax.campaign.tuning import Goal, Objective
 from rvjax.columns import Column, metric_column
 from rvjax.run_folder.tuning_record import Missed
@@ -126,12 +127,12 @@ class Measure:
         objective = self.objective
         name = objective.metric + (f" ({objective.channel})" if objective.channel else "")
         if objective.probability:
-            side = f" {objective.bound.side} {objective.bound.value:g}" if objective.bound else ""
+            side = f" {objective.bound.side} {exact(objective.bound.value)}" if objective.bound else ""
             return f"share with {name}{side}"
         if objective.quantile is not None:
-            return f"{objective.quantile:g} quantile of {name}"
+            return f"{exact(objective.quantile)} quantile of {name}"
         if objective.cvar is not None:
-            tail = f"below its {1.0 - objective.cvar:g}" if self.largest else f"above its {objective.cvar:g}"
+            tail = f"below its {exact(round(1.0 - objective.cvar, 12))}" if self.largest else f"above its {exact(objective.cvar)}"
             return f"mean of {name} {tail} quantile"
         return f"mean of {name}"
 
