@@ -17,7 +17,7 @@ from rvjax.campaign.choice import Choice
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.distributions import Fixed
 from rvjax.campaign.nominal_body import NominalBody
-from rvjax.campaign.plain_values import Place, describe, exact
+from rvjax.campaign.plain_values import Place, describe
 from rvjax.campaign.schedule import Schedule
 from rvjax.columns import CHANNELS, Column, metric_and_channel
 from rvjax.components.faults.interface import FaultParameters
