@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonSchema, field_validator, model_validator
@@ -21,6 +21,10 @@ from rvjax.columns import CHANNELS
 
 class Actuators(Model):
     """−lower ≤ commanded wrench ≤ upper on each channel, each of the twelve limits times an independent draw of spread."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"upper": {"force": 4, "torque": 0.8}, "lower": {"force": 3, "torque": 0.6}},
+    )
 
     upper: Quantity = channels("N, N·m", above=0.0, doc="upper limits")
     lower: Quantity = channels("N, N·m", above=0.0, doc="lower limits, as positive numbers")
@@ -52,6 +56,8 @@ Triple = Annotated[tuple[float, float, float], BeforeValidator(_triple), _TRIPLE
 class Thruster(Model):
     """One thruster: it pushes the spacecraft at `at_m` along `along`, between nothing and `max_N`."""
 
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"at_m": [0.5, 0.5, 0], "along": [-1, 0, 0], "max_N": 2},)
+
     at_m: Triple = option(doc="place from the reference point, in the pursuer's frame [m]")
     along: Triple = option(doc="direction of the force on the spacecraft, of any length but 0")
     max_N: float = number("N", above=0.0, doc="largest thrust")
@@ -66,6 +72,12 @@ class Thruster(Model):
 
 class Thrusters(Model):
     """Thrusters, which only push: a named layout with size_m and max_N, or a list of them. See `rvjax explain layout`."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"layout": "cube-24", "size_m": 1, "max_N": 2},
+        {"layout": "cube-24", "size_m": 1, "max_N": 2, "least_margin": 0.5},
+        {"thrusters": LAYOUTS["pinwheel-12"](1.0, 2.0).entries},
+    )
 
     use: Literal["thrusters"] = option(doc="thrusters; without this key: a wrench with upper and lower limits")
     layout: Literal["cube-24", "pinwheel-12"] | None = option(default=None, doc="where the thrusters are; or else `thrusters`")

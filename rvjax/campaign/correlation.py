@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -164,6 +164,10 @@ class Correlation(Model):
     `normal` laws, in SI as the draws; its diagonal is their variances within 0.1 %, its other entries become correlations, and
     the draws are jointly normal. One of the two is given.
     """
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"variables": ["pursuer.mass_kg", "pursuer.inertia_kgm2.principal.x"], "rank": [[1, 0.5], [0.5, 1]]},
+    )
 
     variables: tuple[str, ...] = option(doc="names of draws, such as pursuer.mass_kg and pursuer.inertia_kgm2.moments.x")
     rank: Annotated[Matrix | None, RankMatrix()] = option(

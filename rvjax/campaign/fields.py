@@ -58,6 +58,8 @@ class Model(BaseModel):
 
     OTHER_UNITS: ClassVar[Mapping[str, str]] = {}
     """Keys that stand for a field in another unit: omega_deg_s → omega_rad_s."""
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ()
+    """What a campaign may say: each with the required keys that it leaves out is accepted. For the manual."""
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -366,9 +368,12 @@ def series(
     return info
 
 
-def count(*, default: Any = PydanticUndefined, at_least: int = 0, at_most: int = 2**63 - 1, doc: str) -> Any:
-    """A whole number."""
-    return Field(default=default, strict=True, ge=at_least, le=at_most, description=doc)
+def count(
+    *, default: Any = PydanticUndefined, at_least: int = 0, at_most: int = 2**63 - 1, example: int | None = None, doc: str
+) -> Any:
+    """A whole number. example: a value for the manual."""
+    examples = None if example is None else [example]
+    return Field(default=default, strict=True, ge=at_least, le=at_most, examples=examples, description=doc)
 
 
 def flag(*, default: Any = PydanticUndefined, doc: str) -> Any:
@@ -376,14 +381,14 @@ def flag(*, default: Any = PydanticUndefined, doc: str) -> Any:
     return Field(default=default, strict=True, description=doc)
 
 
-def option(*, default: Any = PydanticUndefined, doc: str) -> Any:
-    """One word out of the field's `Literal`."""
-    return Field(default=default, description=doc)
+def option(*, default: Any = PydanticUndefined, example: Any = None, doc: str) -> Any:
+    """One word out of the field's `Literal`, or something else that its annotation reads. example: a value for the manual."""
+    return Field(default=default, examples=None if example is None else [example], description=doc)
 
 
-def part(*, default: Any = PydanticUndefined, doc: str) -> Any:
-    """A nested model or a list of them; the default is what a campaign would say."""
-    return Field(default=default, description=doc)
+def part(*, default: Any = PydanticUndefined, example: Any = None, doc: str) -> Any:
+    """A nested model or a list of them; the default is what a campaign would say. example: a value for the manual."""
+    return option(default=default, example=example, doc=doc)
 
 
 def with_defaults(model: type[M], **defaults: float) -> type[M]:

@@ -46,6 +46,12 @@ FORMS = "principal (with tilt_deg or rotation), moments (with products), or matr
 class PrincipalInertia(Model):
     """J = T diag(J₁, J₂, J₃) Tᵀ; the axis of T is drawn uniformly over all directions, or T over all rotations."""
 
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"principal": [22, 20, 23]},
+        {"principal": [22, 20, 23], "tilt_deg": 3},
+        {"principal": [22, 20, 23], "rotation": "uniform"},
+    )
+
     REJECTS: ClassVar[bool] = False
 
     principal: Quantity = vector("kg·m²", above=0.0, doc="principal moments of inertia")
@@ -92,6 +98,8 @@ class PrincipalInertia(Model):
 
 class MatrixInertia(Model):
     """J = [Jxx Jxy Jxz; Jxy Jyy Jyz; Jxz Jyz Jzz], entries as they stand in J: Jxy = −∫xy dm."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"moments": [22, 20, 23], "products": [0.1, -0.2, 0.3]},)
 
     REJECTS: ClassVar[bool] = False
 

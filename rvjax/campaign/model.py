@@ -43,6 +43,8 @@ def _divides(step: float, span: float) -> bool:
 class Horizon(Model):
     """How long a flight lasts, and the step of its integration."""
 
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"duration_s": 300, "step_s": 0.05},)
+
     duration_s: float = number("s", above=0.0, doc="duration of a flight")
     step_s: float = number("s", above=0.0, doc="step of the integration; the duration is a whole number of steps")
     control_period_s: float | None = number(
@@ -127,6 +129,8 @@ class Target(Model):
 class Pursuer(Model):
     """The body that docks. Its controller does not know these numbers."""
 
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"mass_kg": 100, "inertia_kgm2": {"principal": [22, 20, 23]}},)
+
     mass_kg: Quantity = scalar("kg", above=0.0, doc="mass of the pursuer")
     inertia_kgm2: Inertia = part(doc="inertia of the pursuer about its reference point")
     centre_of_mass_m: Quantity = vector("m", default=0.0, doc="centre of mass, from the reference point, in the pursuer's frame")
@@ -143,6 +147,8 @@ class Start(Model):
     """Relative motion at t = 0, in the pursuer's frame. omega_deg_s instead of omega_rad_s gives degrees per second."""
 
     OTHER_UNITS: ClassVar[Mapping[str, str]] = {"omega_deg_s": "omega_rad_s"}
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"rho_m": [10, -5, 3]},)
 
     rho_m: Quantity = vector("m", doc="position of the pursuer relative to the docking point")
     sigma: Quantity = attitude(
@@ -170,7 +176,9 @@ class AuditRules(Model):
     """Exceptions to the audit."""
 
     allow: tuple[str, ...] = option(
-        default=[], doc="draws and fixed inputs that may have no effect: their names, or the beginning of their names"
+        default=[],
+        example=["pursuer.mass_kg"],
+        doc="draws and fixed inputs that may have no effect: names or beginnings of names",
     )
 
 
@@ -178,9 +186,9 @@ class Spec(Model):
     """A campaign: the flights, their start, their dispersions, and what is required of them."""
 
     rvjax: Literal[1] = option(doc="version of this format")
-    name: str = option(doc="name of the campaign: small letters, digits and hyphens")
-    description: str = option(default="", doc="free text, shown in the report")
-    samples: int = count(at_least=1, at_most=1_000_000_000, doc="number of flights")
+    name: str = option(example="docking-study", doc="name of the campaign: small letters, digits and hyphens")
+    description: str = option(default="", example="Docking with one weak thruster.", doc="free text, shown in the report")
+    samples: int = count(at_least=1, at_most=1_000_000_000, example=1000, doc="number of flights")
     seed: int = count(default=0, doc="seed of every draw")
     precision: Literal["float64", "float32"] = option(default="float64", doc="floating-point precision of the flights")
     horizon: Horizon = part(doc="duration and step")
@@ -192,25 +200,34 @@ class Spec(Model):
         default={"use": "smooth-tanh"}, doc="how commands are limited to what the actuators can give"
     )
     disturbances: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
-        default=[], doc="forces and torques that do not come from the actuators"
+        default=[],
+        example=[{"use": "constant", "force_N": [0.01, 0, 0]}],
+        doc="forces and torques that do not come from the actuators",
     )
-    faults: Annotated[tuple[Choice, ...], ListOfChoices()] = part(default=[], doc="faults of the actuators")
+    faults: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
+        default=[], example=[{"use": "effectiveness", "onset_s": 60, "remaining": 0.5}], doc="faults of the actuators"
+    )
     navigation: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
-        default=[], doc="errors between the true motion and what the controller sees"
+        default=[],
+        example=[{"use": "noise", "position_m": 0.01}],
+        doc="errors between the true motion and what the controller sees",
     )
-    controller: Annotated[Choice, OneChoice()] = part(doc="the controller under test")
+    controller: Annotated[Choice, OneChoice()] = part(example={"use": "pd-plus"}, doc="the controller under test")
     baselines: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
-        default=[], doc="controllers that fly the same draws, for comparison"
+        default=[], example=[{"use": "pd-plus", "name": "plain"}], doc="controllers that fly the same draws, for comparison"
     )
     sampler: Annotated[Choice, OneChoice()] = part(default={"use": "monte-carlo"}, doc="how the samples are drawn")
     correlate: tuple[Correlation, ...] = part(default=[], doc="draws that are not independent")
     epistemic: tuple[str, ...] = option(
-        default=(), doc="epistemic draws, which are unknown but not random: their names, or the beginning of their names"
+        default=(),
+        example=["pursuer.mass_kg"],
+        doc="epistemic draws, which are unknown but not random: their names, or the beginning of their names",
     )
     capture: Capture = part(default={}, doc="when a sample counts as captured")
     corridor: Corridor = part(default={}, doc="approach cone")
     margins: Annotated[Mapping[str, Formula], Margins()] = part(
         default={},
+        example={"speed": {"always": {"signal": "closing_speed_m_s", "below": 1.0}}},
         doc="formulas over signals, by name; the margin by which a flight satisfies each becomes the metric margin.<name>",
     )
     require: tuple[Requirement, ...] = part(default=[], doc="requirements, judged after the flights")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, ValidationError, WithJsonSchema, model_validator
 
@@ -15,6 +15,9 @@ from rvjax.campaign.problems import Problem, problems, refuse, unexpected
 Method = Literal["fixed", "sequential", "sprt"]
 Interpretation = Literal["ensemble", "temporal", "mixed"]
 
+METRIC = "the metric's unit"
+"""Stands for the unit of a number that is compared with a metric."""
+
 _SHARES = ("at_least", "at_most", "quantile", "mean")
 _SIDES = ("below", "above")
 
@@ -22,9 +25,11 @@ _SIDES = ("below", "above")
 class Condition(Model):
     """The values of a draw that belong to a class of samples; all of below, at_least and equals that are set must hold."""
 
-    below: float | None = number("1", default=None, doc="the draw is below this, in SI")
-    at_least: float | None = number("1", default=None, doc="the draw is at least this, in SI")
-    equals: float | None = number("1", default=None, doc="the draw is this, in SI")
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"below": 100}, {"at_least": 100}, {"equals": 100})
+
+    below: float | None = number("SI", default=None, doc="the draw is below this")
+    at_least: float | None = number("SI", default=None, doc="the draw is at least this")
+    equals: float | None = number("SI", default=None, doc="the draw is this")
 
     @model_validator(mode="after")
     def _some(self) -> Condition:
@@ -70,14 +75,22 @@ class Requirement(Model):
     A requirement on a quantile q is a requirement on a probability: below v is P(X < v) ≥ q, above v is P(X > v) ≥ 1 − q.
     """
 
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"metric": "captured", "at_least": 0.95},
+        {"metric": "settling_time_s", "quantile": 0.9, "below": 200},
+        {"metric": "saturation_duty", "channel": "any", "at_most": 0.05, "above": 0.2},
+        {"metric": "settling_time_s", "mean": True, "below": 150, "range": [0, 300]},
+        {"metric": "captured", "at_least": 0.95, "method": "sprt", "expected": 0.99, "power": 0.9},
+    )
+
     metric: str = option(doc="captured, or the name of a metric")
     channel: Literal["fx", "fy", "fz", "tx", "ty", "tz", "any"] | None = option(
         default=None, doc="of a metric that every channel has; any: the worst channel"
     )
     at_least: float | None = number("1", default=None, above=0.0, below=1.0, doc="share of the samples")
     at_most: float | None = number("1", default=None, above=0.0, below=1.0, doc="largest share of the samples")
-    below: float | None = number("1", default=None, doc="the metric must be below this, in its unit")
-    above: float | None = number("1", default=None, doc="the metric must be above this, in its unit")
+    below: float | None = number(METRIC, default=None, doc="the metric must be below this")
+    above: float | None = number(METRIC, default=None, doc="the metric must be above this")
     quantile: float | None = number("1", default=None, above=0.0, below=1.0, doc="which quantile of the metric")
     mean: bool = flag(default=False, doc="the mean of the metric instead of a share of samples")
     range: Annotated[tuple[float, float] | None, BeforeValidator(_ends), _RANGE] = option(

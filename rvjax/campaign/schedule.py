@@ -8,7 +8,7 @@ groups       with probability `together`, a group fails together: if any of its 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +65,12 @@ _GROUPS = WithJsonSchema({"type": "array", "items": LIST_OF_CHANNELS | {"minItem
 
 class Schedule(Model):
     """Which of the channels that may fail do so in a sample."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"count": 1},
+        {"probability": 0.1},
+        {"groups": [["fx", "tz"]], "together": 0.5},
+    )
 
     count: Quantity | None = scalar("1", default=None, at_least=0.0, doc="how many channels fail, rounded to a whole number")
     probability: Quantity | None = scalar(

@@ -58,6 +58,12 @@ class Layout:
         return thruster_names(len(self.most))
 
     @property
+    def entries(self) -> list[dict[str, Any]]:
+        """The thrusters as a campaign lists them."""
+        rows = zip(self.at, self.along, self.most, strict=True)
+        return [{"at_m": list(at), "along": list(along), "max_N": most} for at, along, most in rows]
+
+    @property
     def matrix(self) -> Values:
         """(6, N) B."""
         along = np.array(self.along)

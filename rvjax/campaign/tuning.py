@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
@@ -12,6 +12,7 @@ from rvjax.campaign.choice import Choice, OneChoice
 from rvjax.campaign.fields import Model, count, flag, number, option, part
 from rvjax.campaign.plain_values import is_list
 from rvjax.campaign.problems import Problem, problems, refuse
+from rvjax.campaign.requirement import METRIC
 from rvjax.campaign.tuning_parameters import Parameter, Parameters
 
 _FORMS = ("quantile", "cvar", "mean", "probability")
@@ -21,6 +22,15 @@ Goal = Literal["weighted", "lexicographic", "pareto"]
 
 class Objective(Model):
     """A number of all samples of a candidate that the search minimises, or maximises where larger is better."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"metric": "settling_time_s", "quantile": 0.95},
+        {"metric": "settling_time_s", "cvar": 0.9},
+        {"metric": "delta_v_m_s", "mean": True},
+        {"metric": "delta_v_m_s", "probability": True, "below": 1.5},
+        {"metric": "delta_v_m_s", "probability": True, "above": 0.1},
+        {"metric": "saturation_duty", "channel": "any", "mean": True},
+    )
 
     metric: str = option(doc="captured, or the name of a metric, also of a margin")
     channel: Literal["fx", "fy", "fz", "tx", "ty", "tz", "any"] | None = option(
@@ -32,8 +42,8 @@ class Objective(Model):
     )
     mean: bool = flag(default=False, doc="the mean of the metric")
     probability: bool = flag(default=False, doc="the share of samples below or above a value, or captured; maximised")
-    below: float | None = number("1", default=None, doc="probability: that the metric is below this, in its unit")
-    above: float | None = number("1", default=None, doc="probability: that the metric is above this, in its unit")
+    below: float | None = number(METRIC, default=None, doc="probability: that the metric is below this")
+    above: float | None = number(METRIC, default=None, doc="probability: that the metric is above this")
     sense: Literal["smallest", "largest"] | None = option(
         default=None, doc="for a metric of which rvjax does not know whether it should be small or large"
     )
@@ -66,10 +76,12 @@ class Objective(Model):
 class Budget(Model):
     """The search ends as soon as any limit is reached."""
 
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"candidates": 200}, {"flights": 200_000}, {"minutes": 30})
+
     candidates: int | None = count(default=None, at_least=1, at_most=1_000_000, doc="number of candidates")
     flights: int | None = count(default=None, at_least=1, doc="number of flights")
     minutes: float | None = number(
-        "1", default=None, above=0.0, doc="time limit; the result then depends on the speed of the machine"
+        "min", default=None, above=0.0, doc="time limit; the result then depends on the speed of the machine"
     )
 
     @model_validator(mode="after")
@@ -102,8 +114,8 @@ class Race(Model):
 class Confirmation(Model):
     """Compares the winner with the original campaign, on draws that the search has not used."""
 
-    samples: int | None = count(default=None, at_least=1, doc="number of samples; by default the campaign's")
-    seed: int | None = count(default=None, doc="seed of the draws; by default the campaign's")
+    samples: int | None = count(default=None, at_least=1, example=4096, doc="number of samples; by default the campaign's")
+    seed: int | None = count(default=None, example=11, doc="seed of the draws; by default the campaign's")
     confidence: float = number(
         "1", default=0.95, at_least=0.5, below=1.0, doc="confidence of the comparison with the original campaign"
     )
@@ -133,6 +145,13 @@ _OBJECTIVES = WithJsonSchema(
 class Tuning(Model):
     """A search for better values of a campaign, on draws that are the same for all candidates."""
 
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {
+            "parameters": {"controller.gains.k1": {"log": [0.03, 0.3]}},
+            "objective": {"metric": "settling_time_s", "quantile": 0.95},
+        },
+    )
+
     parameters: Annotated[Mapping[str, Parameter], Parameters()] = part(doc="what is varied, by its place, and over which range")
     objective: Annotated[tuple[Objective, ...], BeforeValidator(_objectives), _OBJECTIVES] = part(
         doc="an objective or a list; the requirements of the campaign take precedence over all"
@@ -143,7 +162,7 @@ class Tuning(Model):
     method: Annotated[Choice, OneChoice()] = part(default={"use": "cma-es"}, doc="how candidates are proposed")
     budget: Budget = part(default={"candidates": 200}, doc="when the search ends")
     samples: int = count(default=1248, at_least=2, at_most=10_000_000, doc="samples of a candidate that reaches the last round")
-    seed: int | None = count(default=None, doc="seed of the search and its draws; by default the campaign's plus 1")
+    seed: int | None = count(default=None, example=7, doc="seed of the search and its draws; by default the campaign's plus 1")
     race: Race = part(default={}, doc="how many samples a candidate flies")
     confirm: Confirmation = part(default={}, doc="the final verdict")
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from textwrap import indent
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -10,24 +11,42 @@ from rvjax.cli import _completion
 from rvjax.cli._app import Json
 from rvjax.cli._output import Output
 
+if TYPE_CHECKING:
+    from rvjax.components.manual import Page
+
+MARGIN = "    "
+
 
 def command(
     name: Annotated[
         str,
         typer.Argument(
-            help="A component, metric, distribution, or section of the campaign file.", autocompletion=_completion.topics
+            help="A component, family, metric, distribution, or key of the campaign file.", autocompletion=_completion.topics
         ),
     ],
     as_json: Json = False,
 ) -> int:
-    """Show a component's equations, source, parameters and units."""
-    from rvjax.components import manual
+    """Show what a name means: equations and sources, or units, defaults, ranges and an example."""
+    from rvjax.components.manual_lookup import pages_called
 
     output = Output(as_json)
-    pages = manual.pages_called(name)
+    pages = pages_called(name)
+    listed = {member for page in pages for member, _ in page.members}
     for page in pages:
-        output.text(f"{page.name}  ({page.family}, from {page.origin})", "", page.text, "")
-        if page.rows:
-            output.table(page.headings, page.rows)
-    output.document({"pages": [vars(page) for page in pages]})
+        if page.name not in listed:
+            _print(page, output)
+    output.document({"pages": [page.document() for page in pages]})
     return 0
+
+
+def _print(page: Page, output: Output) -> None:
+    """A page on the terminal."""
+    origin = f", from {page.origin}" if "." in page.origin else ""
+    output.text(f"{page.name}  ({page.family}{origin})", "", page.text, "")
+    headings, rows = page.table
+    for head, cells in ((("member", "description"), page.members), (headings, rows)):
+        if cells:
+            output.table(head, cells)
+    for example in page.examples:
+        files = "".join(f"\n{name}:\n\n{indent(text, MARGIN)}" for name, text in example.files.items())
+        output.text("Example, in place of these sections of a campaign:", "", indent(example.yaml, MARGIN) + files)

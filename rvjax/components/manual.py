@@ -1,24 +1,25 @@
-"""Manual pages and the JSON Schema of a campaign file, read from the docstrings and parameters of the components."""
+"""Manual pages, read from the docstrings and parameters of the components and from the models of a campaign file."""
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import json
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from functools import cache
 from importlib import import_module
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from rvjax.campaign import Model, Spec, units
+from rvjax.campaign import Model, units
 from rvjax.campaign.distribution_notation import forms
 from rvjax.campaign.fields import declared
 from rvjax.campaign.json_schema import schema
 from rvjax.campaign.reference_body import words
+from rvjax.components.manual_examples import Example
+from rvjax.components.manual_keys import Key, flat
 from rvjax.components.registry import FAMILIES, FAMILY_OF, Component, component, members, module_of
-from rvjax.errors import UsageError
 from rvjax.physics import saturation
 from rvjax.physics.saturation import SATURATIONS
 
@@ -44,21 +45,31 @@ CHAPTERS = {
     "attitude": "campaign.attitudes",
     "inertia": "campaign.inertia",
     "csv": "campaign.csv_text",
+    "parameters": "campaign.tuning_parameters",
 }
 """Name of a page → the module whose docstring it shows. These modules hold equations and belong to no family."""
 
 _KINDS: Mapping[Any, str] = {bool: "true or false", int: "whole number", int | None: "whole number"}
 
+Row = tuple[str, str, str, str]
+
 
 @dataclass(frozen=True)
 class Page:
-    """A manual page. origin: module; text: equations, meaning, source; rows: cells below `headings`."""
+    """A manual page.
+
+    origin: module; text: equations, meaning, source; rows: the columns of a metric, or parameters as (key, unit in words or
+    choices, default, meaning); keys: of a campaign file; members: (name, summary) of a family's members; examples: of campaigns.
+    """
 
     family: str
     name: str
     origin: str
     text: str
-    rows: tuple[tuple[str, str, str, str], ...]
+    rows: tuple[Row, ...] = ()
+    keys: tuple[Key, ...] = ()
+    members: tuple[tuple[str, str], ...] = ()
+    examples: tuple[Example, ...] = ()
 
     @property
     def summary(self) -> str:
@@ -66,9 +77,16 @@ class Page:
         return self.text.partition("\n")[0]
 
     @property
-    def headings(self) -> tuple[str, str, str, str]:
-        """Headings of the rows: the columns of a metric, or the parameters of anything else."""
-        return ("column", "unit", "better", "meaning") if self.family == "metrics" else ("key", "accepted", "default", "meaning")
+    def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+        """(headings, rows) of what is printed below the text: the columns of a metric, or the keys."""
+        if self.family == "metrics":
+            return ("column", "unit", "better", "meaning"), [tuple(row) for row in self.rows]
+        rows = [(key.path, key.unit, key.default, key.accepted, key.meaning) for key in self.keys]
+        return ("key", "unit", "default", "range or choices", "meaning"), rows
+
+    def document(self) -> dict[str, Any]:
+        """Plain values."""
+        return asdict(self)
 
 
 def components() -> Iterator[tuple[str, str, str]]:
@@ -81,45 +99,40 @@ def components() -> Iterator[tuple[str, str, str]]:
 
 
 def page(family: str, name: str) -> Page:
-    """The manual page of a component."""
+    """The manual page of a component, without examples."""
     if family == "saturation":
-        return Page(family, name, saturation.__name__, inspect.getdoc(SATURATIONS[name]) or "", ())
-    module = module_of(family, name)
+        return Page(family, name, saturation.__name__, inspect.getdoc(SATURATIONS[name]) or "")
+    text, origin = inspect.getdoc(module_of(family, name)) or "", members(family)[name]
     member = component(family, name)
     if isinstance(member, Component):
-        rows = tuple(_rows(member.parameters))
-    else:
-        rows = tuple((column.name, column.unit, column.better, column.description) for column in member.columns.values())
-    return Page(family, name, members(family)[name], inspect.getdoc(module) or "", rows)
+        parameters = member.parameters
+        return Page(family, name, origin, text, tuple(rows(parameters)), tuple(flat(parameters)))
+    columns = ((column.name, column.unit, column.better, column.description) for column in member.columns.values())
+    return Page(family, name, origin, text, tuple(columns))
 
 
-def pages_called(name: str) -> list[Page]:
-    """Every page under a name: a component, a metric, a chapter of the model, a distribution, a section of the campaign file.
+def chapter(name: str) -> Page:
+    """A page of `CHAPTERS`."""
+    origin = f"{PACKAGE}.{CHAPTERS[name]}"
+    return Page("chapter", name, origin, inspect.getdoc(import_module(origin)) or "")
 
-    Errors: UsageError with the nearest names.
-    """
-    all_pages = [page(family, member) for family, member, _ in components()]
-    pages = [member for member in all_pages if name in (member.name, member.family)]
-    pages += [member for member in all_pages if member not in pages and name in _metric_names(member)]
-    if name in CHAPTERS:
-        origin = f"{PACKAGE}.{CHAPTERS[name]}"
-        pages.insert(0, Page("chapter", name, origin, inspect.getdoc(import_module(origin)) or "", ()))
-    distributions = forms()
-    if name in distributions:
-        notation, distribution = distributions[name]
-        text = f"{notation}\n\n{inspect.getdoc(distribution) or ''}"
-        pages.append(Page("distribution", name, distribution.__module__, text, ()))
-    sections = {"campaign": Spec, **{key: info.annotation for key, info in Spec.keys().items()}}
-    section = sections.get(name)
-    for model in (section, *get_args(section)):  # a section with several forms has a page for each form
-        if inspect.isclass(model) and issubclass(model, Model):
-            pages.append(Page("campaign file", name, PACKAGE, inspect.getdoc(model) or "", tuple(_rows(model))))
-    if not pages:
-        names = {member.name for member in all_pages} | sections.keys() | distributions.keys() | CHAPTERS.keys()
-        nearest = ", ".join(difflib.get_close_matches(name, names.union(*map(_metric_names, all_pages)), n=3))
-        advice = f"did you mean {nearest}?" if nearest else "see `rvjax list`"
-        raise UsageError(f"{name}: no component or topic has this name; {advice}")
-    return pages
+
+def distribution(name: str) -> Page:
+    """The page of a distribution."""
+    notation, law = forms()[name]
+    return Page("distribution", name, law.__module__, f"{notation}\n\n{inspect.getdoc(law) or ''}")
+
+
+@cache
+def component_pages() -> tuple[Page, ...]:
+    """The page of every component."""
+    return tuple(page(family, name) for family, name, _ in components())
+
+
+def metric_names(pages: Iterable[Page]) -> set[str]:
+    """Names of the columns on pages of metrics, with and without the channel: saturation_duty.fx and saturation_duty."""
+    columns = {row[0] for page in pages if page.family == "metrics" for row in page.rows}
+    return columns | {column.partition(".")[0] for column in columns}
 
 
 def campaign_schema() -> dict[str, Any]:
@@ -130,17 +143,12 @@ def campaign_schema() -> dict[str, Any]:
     return schema(families | {"saturation": dict.fromkeys(SATURATIONS, Model)})
 
 
-def _metric_names(page: Page) -> set[str]:
-    """Names of the columns on a metric's page, with and without the channel: saturation_duty.fx and saturation_duty."""
-    columns = {row[0] for row in page.rows} if page.family == "metrics" else set[str]()
-    return columns | {column.partition(".")[0] for column in columns}
-
-
-def _rows(model: type[Model], prefix: str = "") -> Iterator[tuple[str, str, str, str]]:
+def rows(model: type[Model], prefix: str = "") -> Iterator[Row]:
+    """(key, unit in words or choices, default, meaning) of the keys of a model: the rows of `rvjax explain --json`."""
     for key, info in model.keys().items():
         inner = info.annotation
         if inspect.isclass(inner) and issubclass(inner, Model):
-            yield from _rows(inner, f"{prefix}{key}.")
+            yield from rows(inner, f"{prefix}{key}.")
             continue
         yield f"{prefix}{key}", _accepted(key, info), _default(info), info.description or ""
 

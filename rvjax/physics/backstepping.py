@@ -43,30 +43,24 @@ from rvjax.physics.vectors import (
 class GuidanceGains(Model):
     """Gains of the virtual velocity."""
 
-    k1: Quantity = scalar("1/s", default=0.06, above=0.0, doc="position gain k₁, 1/s")
+    k1: Quantity = scalar("1/s", default=0.06, above=0.0, doc="position gain k₁")
     v_max_m_s: Quantity = scalar("m/s", default=0.6, above=0.0, doc="largest virtual approach speed (shaped law)")
-    k_sigma: Quantity = scalar("rad/s", default=0.25, above=0.0, doc="attitude gain k_σ, rad/s per unit of MRP")
+    k_sigma: Quantity = scalar("rad/s", default=0.25, above=0.0, doc="attitude gain k_σ per unit of MRP")
 
 
 class TrackingGains(GuidanceGains):
     """Gains of the virtual velocity and of the feedback of z₂."""
 
-    k2_force: Quantity = scalar(
-        "N·s/m", default=40.0, follows="mass", above=0.0, doc="velocity gain K₂ of the force channels, N·s/m"
-    )
-    k2_torque: Quantity = scalar(
-        "N·m·s", default=15.0, follows="inertia", above=0.0, doc="rate gain K₂ of the torque channels, N·m·s"
-    )
+    k2_force: Quantity = scalar("N·s/m", default=40.0, follows="mass", above=0.0, doc="velocity gain K₂ of the force channels")
+    k2_torque: Quantity = scalar("N·m·s", default=15.0, follows="inertia", above=0.0, doc="rate gain K₂ of the torque channels")
 
 
 class FirstErrorGains(Model):
     """Gains of the virtual velocity in the virtual wrench."""
 
-    c_force: Quantity = scalar(
-        "N·s/m", default=0.0, follows="mass", at_least=0.0, doc="first-error gain C of the force channels, N·s/m"
-    )
+    c_force: Quantity = scalar("N·s/m", default=0.0, follows="mass", at_least=0.0, doc="first-error gain C of the force channels")
     c_torque: Quantity = scalar(
-        "N·m·s", default=0.0, follows="inertia", at_least=0.0, doc="first-error gain C of the torque channels, N·m·s"
+        "N·m·s", default=0.0, follows="inertia", at_least=0.0, doc="first-error gain C of the torque channels"
     )
 
 
@@ -82,18 +76,20 @@ class NominalGains(Model):
 class RobustGains(Model):
     """Gains of the robust term D̂ ∘ z/√(z² + ε²), where D̂ is the adaptive bound of all unknown disturbances."""
 
-    gamma_bound: Quantity = scalar("1", default=6.0, follows="mass", at_least=0.0, doc="rate γ_D of the disturbance bounds D̂")
+    gamma_bound: Quantity = scalar(
+        "N/m, N·m", default=6.0, follows="mass", at_least=0.0, doc="rate γ_D of the disturbance bounds D̂"
+    )
     bound_share: Quantity = scalar("1", default=0.5, at_least=0.0, doc="ceiling of D̂ as a share of the mean limit")
-    epsilon_force: Quantity = scalar("m/s", default=1e-4, above=0.0, doc="width ε of the force channels, m/s")
-    epsilon_torque: Quantity = scalar("rad/s", default=2e-5, above=0.0, doc="width ε of the torque channels, rad/s")
+    epsilon_force: Quantity = scalar("m/s", default=1e-4, above=0.0, doc="width ε of the force channels")
+    epsilon_torque: Quantity = scalar("rad/s", default=2e-5, above=0.0, doc="width ε of the torque channels")
 
 
 class AdaptationGains(Model):
     """Start, rates and bounds of the estimates m̂ and Ĵ."""
 
-    gamma_mass: Quantity = scalar("1", default=200.0, follows="mass", at_least=0.0, doc="rate Γ of the mass estimate, kg·s²/m²")
+    gamma_mass: Quantity = scalar("kg·s²/m²", default=200.0, follows="mass", at_least=0.0, doc="rate Γ of the mass estimate")
     gamma_inertia: Quantity = scalar(
-        "1", default=200.0, follows="inertia", at_least=0.0, doc="rate Γ of the inertia estimate, kg·m²·s²"
+        "kg·m²·s²", default=200.0, follows="inertia", at_least=0.0, doc="rate Γ of the inertia estimate"
     )
     mass_guess_kg: Quantity = scalar("kg", default=70.0, follows="mass", above=0.0, doc="m̂(0)")
     mass_min_kg: Quantity = scalar("kg", default=20.0, follows="mass", above=0.0, doc="lower bound of m̂")

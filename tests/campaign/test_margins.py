@@ -19,7 +19,8 @@ from rvjax.analysis import verdicts
 from rvjax.campaign import Requirement
 from rvjax.campaign.formula import MOST
 from rvjax.columns import metric_and_channel
-from rvjax.components.manual import campaign_schema, pages_called
+from rvjax.components.manual import campaign_schema
+from rvjax.components.manual_lookup import pages_called
 from rvjax.components.registry import component, members
 from rvjax.errors import CampaignError
 from rvjax.report.number_format import label

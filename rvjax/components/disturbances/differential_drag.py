@@ -12,6 +12,9 @@ D. Vallado, "Fundamentals of astrodynamics and applications", 2013, §8.6.2.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
 from rvjax.campaign import Model, Quantity, scalar
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.effect import zero
@@ -23,6 +26,8 @@ from rvjax.physics.vectors import Channels, Scalar, Vector, cross, norm, rotate
 
 class Parameters(Model):
     """Density of the air and ballistic coefficients."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"density_kg_m3": 1e-12, "pursuer_m2_kg": 0.01, "target_m2_kg": 0.005},)
 
     density_kg_m3: Quantity = scalar("kg/m³", at_least=0.0, doc="density ϱ of the air; at 500 km 1e-13 to 5e-12")
     pursuer_m2_kg: Quantity = scalar("m²/kg", at_least=0.0, doc="ballistic coefficient β of the pursuer, C_d A/m")

@@ -9,7 +9,8 @@ Ornstein-Uhlenbeck process and its integral", Physical Review E, 1996).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 
@@ -25,6 +26,8 @@ from rvjax.physics.vectors import Channels, Scalar, each
 
 class Parameters(Model):
     """Standard deviation and time constant, per channel."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"force_N": 0.01, "time_constant_s": 20},)
 
     force_N: Quantity = vector("N", default=0.0, at_least=0.0, doc="standard deviation s of the force channels")
     torque_Nm: Quantity = vector("N·m", default=0.0, at_least=0.0, doc="standard deviation s of the torque channels")

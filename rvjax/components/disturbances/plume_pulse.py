@@ -11,7 +11,8 @@ only some stages sample it, and the impulse of a pulse is wrong by up to ⅔ h a
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
 import jax.numpy as jnp
 from pydantic import model_validator
@@ -30,6 +31,11 @@ from rvjax.physics.vectors import Channels, Scalar
 
 class Parameters(Model):
     """Size, direction, length and period of the pulses."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"force_N": [0.1, 0, 0], "first_s": 30, "width_s": 2},
+        {"force_N": [0.1, 0, 0], "first_s": 30, "width_s": 2, "period_s": 20},
+    )
 
     force_N: Quantity = vector("N", default=0.0, doc="peak force f of a pulse")
     torque_Nm: Quantity = vector("N·m", default=0.0, doc="peak torque τ of a pulse")

@@ -9,8 +9,9 @@ its order. Details shorter than a step are lost. All samples use the same table;
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import jax.numpy as jnp
 import numpy as np
@@ -61,6 +62,11 @@ def read_rows(raw: Any) -> Rows | None:
 
 class Parameters(Model):
     """The table, in a file or in the campaign, and its scale and shift."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"rows": [[0, 0, 0, 0, 0, 0, 0], [100, 0.01, 0, 0, 0, 0, 0.001]]},
+        {},
+    )
 
     file: Series | None = series(
         "t_s",

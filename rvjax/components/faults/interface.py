@@ -9,8 +9,8 @@ of every period.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple, Self
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import jax.numpy as jnp
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
@@ -65,6 +65,12 @@ def fault(failed: Failed) -> Fault:
 class FaultParameters(Model):
     """Time, channels and samples of a fault."""
 
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"onset_s": 60},
+        {"onset_s": 60, "duration_s": 30},
+        {"onset_s": 60, "period_s": 20, "duty": 0.5},
+    )
+
     onset_s: Quantity = channels("s", at_least=0.0, doc="time t_f at which the fault begins")
     duration_s: Quantity | None = channels("s", default=None, above=0.0, doc="duration d; null: permanent")
     period_s: Quantity | None = channels("s", default=None, above=0.0, doc="period of an intermittent fault")
@@ -73,7 +79,7 @@ class FaultParameters(Model):
     )
     channels: Annotated[
         tuple[str, ...], BeforeValidator(channel_names), WithJsonSchema({"anyOf": [{"const": "all"}, LIST_OF_CHANNELS]})
-    ] = option(default="all", doc="channels that may fail: all, or a list")
+    ] = option(default="all", example=["fx", "ty"], doc="channels that may fail: all, or a list")
     schedule: Schedule | None = part(default=None, doc="which of these channels fail in a sample; null: all")
 
     @model_validator(mode="after")

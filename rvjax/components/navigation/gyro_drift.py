@@ -9,6 +9,9 @@ filtering for spacecraft attitude estimation", J. Guidance, Control, and Dynamic
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
 import jax.numpy as jnp
 
 from rvjax.campaign import Model, Quantity, vector
@@ -22,6 +25,8 @@ from rvjax.physics.vectors import Scalar, Vector, each
 
 class Parameters(Model):
     """Initial bias and random walk, per axis of P."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"walk_deg_s": 0.001},)
 
     bias_rad_s: Quantity = vector("rad/s", key="bias_deg_s", default=0.0, doc="bias b₀ at t = 0")
     walk_rad_s: Quantity = vector(

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic_core import core_schema
@@ -63,6 +63,8 @@ class ReadLevels:
 
 class Parameters(Model):
     """Levels of a full factorial design."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"levels": {"pursuer.mass_kg": 3}},)
 
     levels: Annotated[Levels, ReadLevels()] = option(doc="number of levels, or list of values in SI, of each draw")
 

@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from rvjax.campaign import Model, Series, series
+from rvjax.campaign.csv_files import CsvFile
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.problems import Problem
 from rvjax.components.samplers.interface import Samples, Sampling, Scheme, Setting, Values
@@ -27,6 +28,10 @@ from rvjax.stats.sampling_design import Exploration
 
 class Parameters(Model):
     """The file with the uniform numbers."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"csv": CsvFile("table.csv", ("pursuer.mass_kg",), ((2, ("0.25",)), (3, ("0.75",))))},
+    )
 
     table: Series = series(others=True, doc="CSV file with a column for each uniform number and a row for each sample")
 
