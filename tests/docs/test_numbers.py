@@ -120,6 +120,21 @@ def test_every_tuning_has_the_budget_of_the_page() -> None:
     assert "with 200 candidates each" in words("docs/tuning.md")
 
 
+@pytest.mark.parametrize(
+    ("name", "family", "without"),
+    [
+        ("faults", "faults", set[str]()),
+        ("navigation", "navigation", set[str]()),
+        ("disturbances", "disturbances", {"constant", "sinusoid"}),
+    ],
+)
+def test_the_example_campaigns_contain_what_the_readme_says(name: str, family: str, without: set[str]) -> None:
+    """Kills: "all disturbances" for a campaign that leaves some out."""
+    used = {choice.use for choice in getattr(campaign(name), family)}
+    assert set(members(family)) - used == without
+    assert all(f"`{left_out}`" in words("README.md") for left_out in without)
+
+
 def test_exit_codes() -> None:
     table = dict(re.findall(r"^\| (\d) \| (.*) \|$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE))
     assert "campaign is wrong" in table[str(CampaignError.exit_code)]
