@@ -138,8 +138,8 @@ def _inside(declaration: Declared) -> float:
 
 
 def _file(item: DeclaredSeries) -> CsvFile:
-    """A CSV file with the required columns."""
-    names = item.columns or (DRAW,)
+    """A CSV file with the required columns and the first of the others."""
+    names = (*item.columns, *item.optional[:1]) or (DRAW,)
     rows = tuple((row + 2, tuple(f"{100.0 + row if name == DRAW else row:g}" for name in names)) for row in range(ROWS))
     return CsvFile("table.csv", names, rows)
 

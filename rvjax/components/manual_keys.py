@@ -78,7 +78,8 @@ def names_of(trail: Trail) -> set[str]:
     keys = [step.key for step in trail]
     fields = [next(name for name, info in step.model.model_fields.items() if info is step.info) for step in trail]
     stemmed = [*keys[:-1], units.split(keys[-1])[0]]
-    return {".".join(names[first:]) for names in (keys, fields, stemmed) for first in range(len(names))}
+    others = [[*keys[:-1], other] for other, field in trail[-1].model.OTHER_UNITS.items() if field in (keys[-1], fields[-1])]
+    return {".".join(names[first:]) for names in (keys, fields, stemmed, *others) for first in range(len(names))}
 
 
 def key_of(trail: Trail, path: str = "") -> Key:

@@ -52,7 +52,8 @@ def keys_of(schema: Mapping[str, Any], path: str = "") -> Iterator[str]:
 
 
 VALUES = re.compile(
-    r"(force|torque|values|weights|column|interpolate|(sigma|attitude_mrp)\.rotation)$|tune\.parameters\.|levels\."
+    r"(force|torque|values|weights|column|interpolate|(sigma|attitude_mrp)\.(rotation|quaternion.*|yaw_pitch_roll_deg)"
+    r"|inertia_kgm2\.(matrix|products\..*)|omega_deg_s|rate_rad_s)$|tune\.parameters\.|levels\."
 )
 """Words inside a value."""
 

@@ -22,7 +22,8 @@ from hypothesis import strategies as st
 from rvjax.campaign.plain_values import exact, shortest
 from rvjax.errors import CampaignError
 from rvjax.search.tuning.tune import prepare
-from rvjax.simulation.problem import load
+from rvjax.simulation.effect import refused as dead
+from rvjax.simulation.problem import Problem, load
 from tests.program import Run
 
 CAMPAIGN = """\
@@ -139,11 +140,19 @@ def proposals(message: str, words: str) -> list[tuple[str, ...]]:
 def test_a_campaign_accepts_what_its_refusal_proposes(refused: str, words: str, again: str, campaign: Path) -> None:
     """Kills: a number rounded to six digits, thousands with commas, the name of a draw that is not scalar, a signal that a baseline
     has not, a bound that is itself refused."""
-    read = prepare if "tune=" in refused else load
+    read = prepare if "tune=" in refused else validated if "onset_s" in refused else load
     with pytest.raises(CampaignError) as caught:
         read(campaign, [refused])
     for values in proposals(str(caught.value), words):
         read(campaign, re.split(r" (?=[\w.]+=)", again.format(*values)))
+
+
+def validated(path: Path, overrides: Sequence[str]) -> Problem:
+    """As `rvjax validate` has it: also what never acts is refused."""
+    problem = load(path, overrides)
+    if findings := dead(problem):
+        raise CampaignError(findings)
+    return problem
 
 
 ARGUMENTS: tuple[tuple[Sequence[str], str, Sequence[str]], ...] = (

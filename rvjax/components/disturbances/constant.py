@@ -5,6 +5,9 @@ d_f(t) = f,   d_τ(t) = τ,   both fixed in P
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
 from rvjax.campaign import Model, Quantity, vector
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.effect import zero
@@ -16,6 +19,8 @@ from rvjax.physics.vectors import Channels, Scalar
 
 class Parameters(Model):
     """The wrench, in P."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"force_N": [0.01, 0, 0]},)
 
     force_N: Quantity = vector("N", default=0.0, doc="disturbance force f")
     torque_Nm: Quantity = vector("N·m", default=0.0, doc="disturbance torque τ")

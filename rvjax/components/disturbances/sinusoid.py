@@ -5,7 +5,8 @@ dᵢ(t) = aᵢ sin(wᵢ t + φᵢ),   fixed in P
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
 
 from rvjax.campaign import Model, Quantity, channels, vector
 from rvjax.components.disturbances.interface import Disturbance, without_silent
@@ -20,6 +21,8 @@ from rvjax.physics.vectors import Channels, Scalar, each
 
 class Parameters(Model):
     """Amplitude, angular frequency and phase, per channel."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"force_N": [0.01, 0, 0], "rate_rad_s": 0.05},)
 
     force_N: Quantity = vector("N", default=0.0, doc="amplitude of the force channels")
     torque_Nm: Quantity = vector("N·m", default=0.0, doc="amplitude of the torque channels")

@@ -66,7 +66,7 @@ class FaultParameters(Model):
     """Time, channels and samples of a fault."""
 
     EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
-        {"onset_s": 60},
+        {"onset_s": {"uniform": [30, 90]}},
         {"onset_s": 60, "duration_s": 30},
         {"onset_s": 60, "period_s": 20, "duty": 0.5},
     )

@@ -7,7 +7,8 @@ Residual errors after calibration: misalignment and offset of sensors. b_φ rota
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from rvjax.campaign import Model, Quantity, vector
 from rvjax.components.effect import zero
@@ -19,6 +20,8 @@ from rvjax.physics.vectors import Scalar
 
 class Parameters(Model):
     """Error of each quantity. A quantity that is left out has no error."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"position_m": [0.02, 0, 0]},)
 
     position_m: Quantity | None = vector("m", default=None, doc="error of the position")
     velocity_m_s: Quantity | None = vector("m/s", default=None, doc="error of the velocity")

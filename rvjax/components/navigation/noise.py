@@ -9,6 +9,7 @@ mean over a time T has the standard deviation s √(h/T), so the effect depends 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any, ClassVar
 
 from rvjax.campaign import Model, Quantity, vector
 from rvjax.components.effect import zero
@@ -24,6 +25,8 @@ MEASURED = ("position_m", "velocity_m_s", "attitude_rad", "rate_rad_s")
 
 class Parameters(Model):
     """Standard deviation of each component. A quantity that is left out is exact."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"position_m": 0.02},)
 
     position_m: Quantity | None = vector("m", default=None, at_least=0.0, doc="standard deviation s of the position")
     velocity_m_s: Quantity | None = vector("m/s", default=None, at_least=0.0, doc="standard deviation s of the velocity")
