@@ -26,7 +26,7 @@ def command(
     ],
     as_json: Json = False,
 ) -> int:
-    """Show what a name means: equations and sources, or units, defaults, ranges and an example."""
+    """Show the manual page of a component, key or topic."""
     from rvjax.components.manual_lookup import pages_called
 
     output = Output(as_json)

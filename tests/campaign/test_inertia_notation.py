@@ -9,7 +9,7 @@ import pytest
 
 from rvjax.campaign import load as campaign
 from rvjax.campaign import parse
-from rvjax.components.manual import pages_called
+from rvjax.components.manual_lookup import pages_called
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import load
 from tests.campaign.test_draws import full
@@ -107,6 +107,6 @@ def test_a_mistake_names_entry_order_and_sign(given: str, place: str, words: str
 
 def test_the_manual_names_order_and_sign() -> None:
     """Kills: a manual that leaves the order of the products or their sign open."""
-    (page,) = pages_called("inertia")
-    assert "Jxy = −∫xy dm" in page.text
-    assert "products: [Jyz, Jxz, Jxy]" in page.text
+    text = "".join(page.text for page in pages_called("inertia"))
+    assert "Jxy = −∫xy dm" in text
+    assert "products: [Jyz, Jxz, Jxy]" in text

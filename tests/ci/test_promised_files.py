@@ -322,6 +322,7 @@ def test_the_printed_command_resumes_with_every_option(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(baseline, "read", lambda path: None)
+    monkeypatch.setattr(baseline, "check", lambda *given: None)
     monkeypatch.setattr("rvjax.execution.executors.waiting.socket.create_connection", lambda *_, **__: socket.socket())
     calls: list[Any] = []
     for module in (check, run_command):

@@ -52,7 +52,7 @@ def test_tables_break_no_number_and_no_name(width: int, rvjax: Run, flown: Path)
         ("check", flown): ("UNDECIDED",),
         ("doctor", flown): ("audit",),
         ("plan", CAMPAIGN): ("99.75 %", "UNDECIDED"),
-        ("explain", "saturated-adaptive"): ("true or false", "gains.mass_guess_kg", "quadratic-cos"),
+        ("explain", "saturated-adaptive"): ("true, false", "gains.mass_guess_kg", "quadratic-cos"),
     }
     for words, kept in calls.items():
         out = rvjax(*words)[1]

@@ -72,12 +72,13 @@ def complaint(answer: Answer, path: Path) -> str:
     if answer.code not in (0, 2) or "Traceback" in answer.err:
         return f"exit {answer.code}: {answer.err[-2000:]}"
     lines = answer.err.splitlines()  # also at U+0085, U+2028 and the like, which a finding must not hold
-    if answer.code == 0 and (lines or not answer.out.startswith(f"{path}: ")):
+    warned = re.compile(rf"warning: {re.escape(str(path))}:[1-9]\d*:[1-9]\d*: \S")
+    if answer.code == 0 and (not all(map(warned.match, lines)) or not answer.out.startswith(f"{path}: ")):
         return f"accepted, but says {answer.err or answer.out}"
     if answer.code == 2 and (answer.out or not lines):
         return "refused without a word on stderr alone"
     placed = re.compile(rf"{re.escape(str(path))}:[1-9]\d*:[1-9]\d*: \S")
-    if wrong := [line for line in lines if not placed.match(line)]:
+    if answer.code == 2 and (wrong := [line for line in lines if not placed.match(line)]):
         return f"no line and column: {wrong[0]!r}"
     return f"{answer.seconds:.1f} s" if answer.seconds > MOST_SECONDS else ""
 

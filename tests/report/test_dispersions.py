@@ -50,7 +50,7 @@ def test_rejections_are_told(run: Run) -> None:
     """(0 + 1 + 2) · 20 rejected draws for 60 samples: half are accepted."""
     (told,) = (block for block in dispersions.section(run).body if isinstance(block, str))
     assert told.startswith("pursuer.inertia_kgm2: 60 draws were rejected")
-    assert "for 60 samples (50 % of the draws were accepted)." in told
+    assert "for 60 samples (50\u00a0% of the draws were accepted)." in told
 
 
 def test_a_count_of_rejections_drives_nothing(run: Run) -> None:

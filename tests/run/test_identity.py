@@ -16,7 +16,9 @@ WITHOUT_NUMBERS = {
     "errors.py": "messages",
     "cores.py": "the number of cores; which core flies a chunk changes no bit",
     "columns.py": "names, units and meanings of columns",
+    "components/effect.py": "says which inputs do nothing; no flight looks at it",
     "components/registry.py": "finds a member by its name",
+    "components/wrench_over_time.py": "says which tables and pulses the steps cannot follow; no flight looks at it",
     "stats/__init__.py": "bounds and tests: they refuse a requirement that cannot be decided, and judge the others",
     "stats/sampling_design.py": "says which verdicts a sampler allows; no draw depends on it",
 }
