@@ -298,7 +298,7 @@ def test_what_is_read_is_not_written_over(option: str, tmp_path: Path, rvjax: Ru
     assert baseline.read_text() == "{}"
 
 
-OPTIONS = ["--samples", "40", "--seed", "3", "--set", "name=two 'words'", "--junit-xml", "my verdicts.xml", "--json", "-q"]
+OPTIONS = ["--samples", "40", "--seed", "3", "--set", "description=two 'words'", "--junit-xml", "my verdicts.xml", "--json", "-q"]
 CHECK = [*OPTIONS, "--against", "b.json", "--write-baseline=new.json", "--dask", "tcp://127.0.0.1:1"]
 
 
@@ -332,7 +332,7 @@ def test_the_printed_command_resumes_with_every_option(
         )
     ends(monkeypatch, raises(end))
     code, document, err = rvjax(command, CAMPAIGN, *out, *options)
-    assert code == (130 if isinstance(end, KeyboardInterrupt) else 4)
+    assert code == (130 if isinstance(end, KeyboardInterrupt) else 4), err
     words = shlex.split(err.partition("Resume with\n")[2].splitlines()[0])
     assert json.loads(document)["go_on_with"] == words
     assert words[0] == "rvjax"
