@@ -10,7 +10,7 @@ from pydantic import ValidationError, WithJsonSchema
 from pydantic.fields import FieldInfo
 
 from rvjax.campaign import Model
-from rvjax.campaign.fields import Declared, DeclaredNumber, declared
+from rvjax.campaign.declarations import Declared, DeclaredNumber, declared
 from rvjax.components.registry import component
 
 Said = dict[str, Any]

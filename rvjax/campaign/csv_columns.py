@@ -88,7 +88,7 @@ class DeclaredSeries:
 
 
 def _with_suffix(name: str, known: Sequence[str]) -> str:
-    """`t [s]` and `t (s)` → `t_s`, where this is a known column; any other name as it is."""
+    """`t [s]` and `t (s)` → `t_s`, where this is a known column; any other name stays."""
     if (parts := _BRACKETED.fullmatch(name)) is None:
         return name
     for suffix, unit in UNITS.items():

@@ -13,7 +13,8 @@ import inspect
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from rvjax.campaign.fields import Model, declared, validate
+from rvjax.campaign.declarations import declared
+from rvjax.campaign.fields import Model, validate
 from rvjax.campaign.model import Pursuer, Spec
 from rvjax.campaign.plain_values import is_mapping
 from rvjax.campaign.reference_body import REFERENCE, Follows, rounded

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_validator
 
-from rvjax.campaign.fields import Model, actuators, number, option, scalar
+from rvjax.campaign.declarations import actuators
+from rvjax.campaign.fields import Model, number, option, scalar
 from rvjax.campaign.plain_values import describe, is_list
 from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.quantity import Quantity

@@ -11,7 +11,7 @@ TRACE_ROWS = 600
 
 
 def steps_per_row(steps: int) -> int:
-    """How many steps a kept flight of so many steps has from row to row. Its first and last instant always have a row."""
+    """Steps between two rows of a kept flight of `steps` steps. Its first and last instant always have a row."""
     return math.ceil(steps / TRACE_ROWS)
 
 

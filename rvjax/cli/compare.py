@@ -48,6 +48,7 @@ def command(
 ) -> int:
     """Compare two runs on the same draws, sample by sample."""
     from rvjax.analysis.compare import compare, sides
+    from rvjax.analysis.verdicts import exit_code_of
 
     output = Output(as_json)
     result = compare(
@@ -59,8 +60,7 @@ def command(
         shown=shown,
     )
     _show(result, output)
-    words = {change.verdict for change in result.changes}
-    code = 1 if "FAIL" in words else 3 if "UNDECIDED" in words else 0
+    code = exit_code_of(change.verdict for change in result.changes)
     output.document({**asdict(result), "a": str(result.a), "b": str(result.b), "exit_code": code})
     return code
 

@@ -44,13 +44,13 @@ def command(
 def _exit_code(record: Searched) -> int:
     """1 where no candidate meets the requirements, or the winner fails a requirement on fresh draws or is worse than the original
     campaign; 3 where a requirement is undecided; 0 otherwise."""
+    from rvjax.analysis.verdicts import exit_code_of
     from rvjax.report.tuning_sections.confirmation import WORDS, overall
 
     assert record.confirmation is not None, "a search ends with its confirmation"
-    verdicts = [requirement.tuned for requirement in record.confirmation.requirements]
-    if record.missed or "FAIL" in verdicts or overall(record)[0] == WORDS["worse"]:
+    if record.missed or overall(record)[0] == WORDS["worse"]:
         return 1
-    return 3 if "UNDECIDED" in verdicts else 0
+    return exit_code_of(requirement.tuned for requirement in record.confirmation.requirements)
 
 
 def _show(place: Path, record: Searched, code: int, output: Output) -> None:

@@ -13,8 +13,8 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from rvjax.campaign import Model, units
+from rvjax.campaign.declarations import declared
 from rvjax.campaign.distribution_notation import forms
-from rvjax.campaign.fields import declared
 from rvjax.campaign.json_schema import schema
 from rvjax.campaign.reference_body import words
 from rvjax.components.manual_examples import Example

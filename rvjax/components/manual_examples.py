@@ -19,7 +19,8 @@ from ruamel.yaml.comments import CommentedMap
 
 from rvjax.campaign.csv_columns import DeclaredSeries
 from rvjax.campaign.csv_files import CsvFile
-from rvjax.campaign.fields import Declared, Model, declared
+from rvjax.campaign.declarations import Declared, declared
+from rvjax.campaign.fields import Model
 from rvjax.campaign.plain_values import is_list, is_mapping
 from rvjax.components.manual_keys import json_schemas, models_in
 

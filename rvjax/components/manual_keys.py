@@ -16,7 +16,8 @@ from pydantic.fields import FieldInfo
 
 from rvjax.campaign import units
 from rvjax.campaign.csv_columns import DeclaredSeries
-from rvjax.campaign.fields import Declared, DeclaredQuantity, Model, declared
+from rvjax.campaign.declarations import Declared, DeclaredQuantity, declared
+from rvjax.campaign.fields import Model
 from rvjax.campaign.plain_values import is_list, is_mapping
 from rvjax.campaign.quantity import COMPONENTS
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from rvjax.campaign import Model, Quantity, Spec
+from rvjax.campaign.declarations import declared
 from rvjax.campaign.distributions import Fixed
-from rvjax.campaign.fields import declared
 from rvjax.campaign.nominal_body import NominalBody
 from rvjax.campaign.overrides import value_at
 from rvjax.campaign.plain_values import is_number

@@ -37,7 +37,7 @@ from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.flight import Carry
-from rvjax.simulation.problem import Problem, baseline_problems
+from rvjax.simulation.problem import Problem
 
 Values = NDArray[np.float64]
 
@@ -199,7 +199,7 @@ def prove(problem: Problem, flyer: Flyer, baseline: bool = False) -> Audit:
 
 def prove_baselines(problem: Problem) -> None:
     """The draws of each baseline controller act; those of the campaign are proved with its controller. Errors as in `prove`."""
-    for baseline in baseline_problems(problem).values():
+    for baseline in problem.baselines.values():
         if any(covers("controller", name) for name in baseline.dispersions.variables):
             prove(baseline, Flyer.of(baseline), baseline=True)
 

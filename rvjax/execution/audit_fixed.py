@@ -50,7 +50,7 @@ def probes(problem: Problem, streams: Collection[str]) -> list[Probe]:
 
 
 def _of_faults(problem: Problem, streams: Collection[str]) -> Iterator[Probe]:
-    """A probe of every channel in the list `channels` of a fault that has no draws of its own; without a list, of the fault."""
+    """A probe for each channel in the list `channels` of a fault without draws; a single probe if the fault has no list."""
     for number, part in enumerate(problem.faults):
         parameters = part.parameters
         if not isinstance(parameters, FaultParameters):

@@ -63,7 +63,7 @@ def check_folder(path: Path) -> None:
 
 
 def check_file(path: Path) -> None:
-    """UsageError where no file can be written at `path`. Makes the folders above it; leaves an existing file as it is."""
+    """UsageError where no file can be written at `path`. Makes the folders above it; does not change an existing file."""
     accepted = "accepted: the path of a file that can be written"
     try:
         if path.is_dir():

@@ -21,7 +21,7 @@ import numpy as np
 from rvjax.campaign import Model, Quantity, Spec
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.choice import Choice
-from rvjax.campaign.fields import declared
+from rvjax.campaign.declarations import declared
 from rvjax.campaign.nominal_body import NominalBody
 from rvjax.campaign.plain_values import is_mapping
 from rvjax.campaign.reference_body import UNITS

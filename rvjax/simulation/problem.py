@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +83,11 @@ class Problem:
         """The columns `metric.<name>` of the samples table, by name of the metric."""
         return {name: column for metric in self.metrics for name, column in metric.columns.items()}
 
+    @cached_property
+    def baselines(self) -> Mapping[str, Problem]:
+        """The problem with each baseline as the controller, by name. CampaignError with what does not fit a baseline."""
+        return _baselines(self)
+
     def with_values(self, values: Mapping[str, float | str]) -> Problem:
         """The same problem with other values at some places of the campaign: what `load` gives with `place=value`.
 
@@ -97,7 +103,7 @@ def load(path: str | Path | Source, overrides: Sequence[str] = ()) -> Problem:
     baseline controllers.
     """
     problem = _problem(*parse(path, overrides))
-    baseline_problems(problem)
+    _ = problem.baselines  # what does not fit a baseline is a finding too
     return problem
 
 
@@ -107,8 +113,8 @@ def baseline_overrides(choice: Choice) -> tuple[str, ...]:
     return f"controller={json.dumps(controller)}", "baselines=[]"
 
 
-def baseline_problems(problem: Problem) -> dict[str, Problem]:
-    """The campaign with each of its baselines as the controller, by name. CampaignError with what does not fit a baseline."""
+def _baselines(problem: Problem) -> dict[str, Problem]:
+    """`Problem.baselines`."""
     source, findings, found = problem.spec.source, list[Finding](), dict[str, Problem]()
     for index, choice in enumerate(problem.spec.baselines):
         try:

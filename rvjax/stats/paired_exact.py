@@ -26,7 +26,7 @@ GRID = 120
 
 PEAKS = 3
 REFINEMENTS = 6
-"""Around so many of the largest values the grid is refined, so many times."""
+"""The grid is refined around its `PEAKS` largest values, `REFINEMENTS` times."""
 
 REACH = 9.0
 """Standard deviations of a binomial that are summed; beyond lies less than 1e-17."""

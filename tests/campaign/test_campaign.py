@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from rvjax.errors import CampaignError
-from rvjax.simulation.effect import refused
 from rvjax.simulation.problem import NEVER, Problem, load
 from tests.short import CAMPAIGN
 from tests.spec.corpus import bad_files, check_refused
+from tests.validated import validated
 
 BAD = bad_files(Path(__file__).parent / "bad")
 
@@ -20,14 +20,6 @@ BAD = bad_files(Path(__file__).parent / "bad")
 @pytest.mark.parametrize("path", BAD, ids=[path.stem for path in BAD])
 def test_bad_file(path: Path) -> None:
     check_refused(path, validated)
-
-
-def validated(path: Path) -> Problem:
-    """As `rvjax validate` has it: also what never acts is refused."""
-    problem = load(path)
-    if findings := refused(problem):
-        raise CampaignError(findings)
-    return problem
 
 
 def test_mistakes_of_the_file_and_of_its_components_come_together(tmp_path: Path) -> None:

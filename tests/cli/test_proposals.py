@@ -22,9 +22,9 @@ from hypothesis import strategies as st
 from rvjax.campaign.plain_values import exact, shortest
 from rvjax.errors import CampaignError
 from rvjax.search.tuning.tune import prepare
-from rvjax.simulation.effect import refused as dead
-from rvjax.simulation.problem import Problem, load
+from rvjax.simulation.problem import load
 from tests.program import Run
+from tests.validated import validated
 
 CAMPAIGN = """\
 rvjax: 1
@@ -145,14 +145,6 @@ def test_a_campaign_accepts_what_its_refusal_proposes(refused: str, words: str, 
         read(campaign, [refused])
     for values in proposals(str(caught.value), words):
         read(campaign, re.split(r" (?=[\w.]+=)", again.format(*values)))
-
-
-def validated(path: Path, overrides: Sequence[str]) -> Problem:
-    """As `rvjax validate` has it: also what never acts is refused."""
-    problem = load(path, overrides)
-    if findings := dead(problem):
-        raise CampaignError(findings)
-    return problem
 
 
 ARGUMENTS: tuple[tuple[Sequence[str], str, Sequence[str]], ...] = (

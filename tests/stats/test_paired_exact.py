@@ -35,7 +35,7 @@ def score(f: int, g: int, n: int, margin: float) -> float:
         return -sum(k * math.log(max(p, 1e-300)) for k, p in chances if k)
 
     end = (1.0 - margin) / 2.0
-    q = float(optimize.minimize_scalar(unlikely, bounds=(0.0, end), method="bounded", options={"xatol": 1e-13}).x)  # type: ignore
+    q = float(optimize.minimize_scalar(unlikely, bounds=(0.0, end), method="bounded", options={"xatol": 1e-13}).x)
     q = min((0.0, q, end), key=unlikely)
     variance = n * (2.0 * q + margin - margin**2)
     return (f - g + n * margin) / math.sqrt(variance)

@@ -22,7 +22,7 @@ of the confidence. Methods and sources: `rvjax.stats`.
 
 from rvjax.analysis.verdicts.folders import account_and_verdicts, campaign_of, judge_folder
 from rvjax.analysis.verdicts.tally import Tallies, Unjudged, judge, judge_all, tallies
-from rvjax.analysis.verdicts.verdict import Evidence, Verdict, exit_code
+from rvjax.analysis.verdicts.verdict import Evidence, Verdict, exit_code, exit_code_of
 
 __all__ = [
     "Evidence",
@@ -32,6 +32,7 @@ __all__ = [
     "account_and_verdicts",
     "campaign_of",
     "exit_code",
+    "exit_code_of",
     "judge",
     "judge_all",
     "judge_folder",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -69,5 +69,10 @@ class Verdict:
 
 def exit_code(verdicts: Sequence[Verdict]) -> int:
     """0 if all pass or nothing is required, 1 if a requirement fails, 3 if none fails and some are undecided."""
-    words = {verdict.verdict for verdict in verdicts}
+    return exit_code_of(verdict.verdict for verdict in verdicts)
+
+
+def exit_code_of(verdicts: Iterable[str]) -> int:
+    """`exit_code` of verdicts as words."""
+    words = set(verdicts)
     return 1 if "FAIL" in words else 3 if "UNDECIDED" in words else 0

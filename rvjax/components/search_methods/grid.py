@@ -56,7 +56,7 @@ def problems(parameters: Parameters, axes: Sequence[Axis], candidates: int | Non
 
 
 def _most_levels(axes: Sequence[Axis], most: int) -> int:
-    """The largest number of levels with which the grid has at most so many candidates; 0 where there is none."""
+    """The largest number of levels that keeps the grid within the number of candidates; 0 if there is none."""
     smooth = sum(not axis.levels for axis in axes)
     room = most // math.prod(axis.levels for axis in axes if axis.levels)
     if not smooth or not room:

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from rvjax.campaign.tuning import Tuning
@@ -95,6 +96,10 @@ class Search:
             raise Spent
         return self._tell(numbers, points)
 
+    def table(self, candidate: int) -> pd.DataFrame:
+        """The table of all samples on which a candidate is scored."""
+        return self.flights.table(candidate, np.arange(self.standings[candidate].samples, dtype=np.int64))
+
     def winner(self) -> int | None:
         """The best candidate that meets every requirement on all samples of the search; None where no candidate does.
 
@@ -102,9 +107,8 @@ class Search:
         candidate meets.
         """
         whole = {candidate: self.standings[candidate].score for candidate in (self.best, *self._whole())}
-        samples = np.arange(self.tuning.rounds[-1], dtype=np.int64)
         meets = (candidate for candidate in dict.fromkeys((self.best, *ordered(whole, self.judge.goal))))
-        return next((one for one in meets if not self.judge.missed(self.flights.table(one, samples))), None)
+        return next((one for one in meets if not self.judge.missed(self.table(one))), None)
 
     def front(self) -> list[int]:
         """The candidates that nothing dominates, of those that flew all samples."""
@@ -180,8 +184,7 @@ class Search:
     def _say(self) -> None:
         most = self.tuning.budget.candidates
         of = "" if most is None else f" of {most}"
-        samples = np.arange(self.standings[self.best].samples, dtype=np.int64)
-        values = self.judge.values(self.flights.table(self.best, samples))
+        values = self.judge.values(self.table(self.best))
         who = "the original campaign" if self.best == OWN else f"candidate {self.best}"
         objectives = ", ".join(f"{measure} {value:.4g}" for measure, value in zip(self.judge.measures, values, strict=True))
         violated = self.standings[self.best].score.violation

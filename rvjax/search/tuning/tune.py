@@ -256,8 +256,7 @@ def _confirmed(
     run.run(
         place / CAMPAIGN, place / tuning_record.ORIGINAL, [*overrides, *_fresh_draws(spec)], on_progress=progress, command=command
     )
-    samples = np.arange(search.standings[winner].samples, dtype=np.int64)
-    table = search.flights.table(winner, samples)
+    table = search.table(winner)
     seen = [*search.judge.values(table), search.judge.score(table).objectives[0]]
     from rvjax.analysis.verdicts import campaign_of
 
@@ -275,7 +274,7 @@ def _record(space: Space, spec: Spec, search: Search, winner: int | None, seed: 
     for number, standing in search.standings.items():
         candidate = flights.candidates[number]
         flown = standing.samples > 0
-        table = flights.table(number, np.arange(standing.samples, dtype=np.int64)) if flown else None
+        table = search.table(number) if flown else None
         early = flights.table(number, np.arange(sizes[0], dtype=np.int64)) if flown else None
         rows.append(
             Row(
@@ -296,8 +295,7 @@ def _record(space: Space, spec: Spec, search: Search, winner: int | None, seed: 
     best = flights.candidates[chosen].values
     missed: list[Missed] = []
     if winner is None:
-        samples = np.arange(search.standings[search.best].samples, dtype=np.int64)
-        missed = judge.missed(flights.table(search.best, samples), _columns(space))
+        missed = judge.missed(search.table(search.best), _columns(space))
     return Searched(
         name=spec.name,
         description=spec.description,
