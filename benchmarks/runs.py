@@ -74,10 +74,11 @@ def pace(campaign: Path, crew: ExecutorFactory, chunks: int) -> float:
             campaign,
             Path(place) / "run",
             [samples],
-            on_progress=lambda done, _: times.append((time.perf_counter(), done)),
+            progress=lambda progress: times.append((time.perf_counter(), progress.done)) if progress.phase == "flights" else None,
             executor=crew,
         )
-    (began, first), (ended, last) = times[1], times[-1]
+    began, first = next(time for time in times if time[1])
+    ended, last = next(time for time in times if time[1] == times[-1][1])
     return (ended - began) / ((last - first) / LANES)
 
 

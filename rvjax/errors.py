@@ -58,6 +58,10 @@ class CampaignError(RvjaxError):
         super().__init__("\n".join(map(str, self.findings)))
 
 
+class CampaignWarning(UserWarning):
+    """What is hardly meant in a campaign: the Python functions warn of it, and fly."""
+
+
 class UsageError(RvjaxError):
     """The command or the call is wrong."""
 

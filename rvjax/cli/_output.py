@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import sys
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,9 +15,7 @@ from rvjax.errors import Finding, visible
 
 if TYPE_CHECKING:
     from rvjax.analysis.verdicts import Verdict
-    from rvjax.execution.run import Progress
-
-AFTERWARDS = "tracing the kept samples, writing the report"
+    from rvjax.execution.progress import OnProgress
 
 
 def say(text: str, stream: TextIO) -> None:
@@ -76,69 +73,15 @@ class Output:
             )
 
     @contextmanager
-    def progress(self) -> Iterator[Progress]:
-        """Progress of the flights: a bar on a terminal, a line for each chunk elsewhere."""
+    def progress(self) -> Iterator[OnProgress]:
+        """Progress of a run: a bar on a terminal, lines elsewhere; nothing with --quiet."""
         if self.quiet:
-            yield lambda done, total: None
-        elif not sys.stderr.isatty():
-            yield _Lines()
+            yield lambda progress: None
         else:
-            with _bar() as bar:
-                yield bar
+            from rvjax.execution.progress_display import display
 
-
-class _Lines:
-    """A line on stderr for each call."""
-
-    def __init__(self) -> None:
-        self.started = 0.0
-        self.calls = 0
-        self.first = 0
-        self.over = False
-
-    def __call__(self, done: int, total: int) -> None:
-        self.calls = 1 if self.over else self.calls + 1  # a call after the end belongs to another run
-        self.over = done == total
-        if self.calls == 1:
-            say(f"flying {total - done} of {total} samples", sys.stderr)
-        elif self.calls == 2:  # the first chunk includes compiling: the clock starts after it
-            self.first, self.started = done, time.monotonic()
-            say(f"{done}/{total} samples", sys.stderr)
-        else:
-            spent = time.monotonic() - self.started
-            rate = (done - self.first) / spent if spent > 1.0 else 0.0  # too short to measure the speed
-            speed = f", {rate:.0f} samples/s, {(total - done) / rate:.0f} s left" if rate else ""
-            say(f"{done}/{total} samples{speed}", sys.stderr)
-        if done == total:
-            say(AFTERWARDS, sys.stderr)
-
-
-@contextmanager
-def _bar() -> Iterator[Progress]:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
-
-    class Speed(TextColumn):
-        def render(self, task: Any) -> Any:
-            from rich.text import Text
-
-            return Text(f"{task.speed:.0f} samples/s" if task.speed else "compiling")
-
-    columns = (
-        SpinnerColumn("dots" if is_unicode(sys.stderr) else "line"),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        Speed(""),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("flying", total=None)
-
-        def show(done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total, description=AFTERWARDS if done == total else "flying")
-
-        yield show
+            with display(elsewhere=True) as on_progress:
+                yield on_progress
 
 
 def verdict_documents(verdicts: Sequence[Verdict]) -> list[dict[str, Any]]:

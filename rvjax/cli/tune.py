@@ -34,7 +34,14 @@ def command(
     output, values = Output(as_json, quiet), overrides(sets, samples, seed)
     with resumable(output, out) as on_open, output.progress() as on_progress:
         place, record = tune(
-            file, out, values, on_message=output.note, on_progress=on_progress, on_open=on_open, command=sys.argv
+            file,
+            out,
+            values,
+            on_message=output.note,
+            progress=on_progress,
+            on_open=on_open,
+            on_warnings=output.warnings,
+            command=sys.argv,
         )
     code = _exit_code(record)
     _show(place, record, code, output)

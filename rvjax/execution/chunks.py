@@ -47,6 +47,10 @@ class ChunkRunner:
         self.flyer = Flyer.of(problem)
         self._digest = digest(identity)
 
+    def steps_flown(self) -> int:
+        """Steps that its chunks have flown so far, in all threads."""
+        return self.flyer.steps_flown
+
     def fly_chunk(self, chunk: int) -> ChunkResult:
         """Draws and flies a chunk, and encodes its tables."""
         problem = self.problem

@@ -9,6 +9,7 @@ campaigns/x.yaml ─load→ Spec ─resolve→ Problem ─draw→ Batch ─fly�
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,12 +23,14 @@ from rvjax.campaign.choice import Choice
 from rvjax.campaign.trace_retention import steps_per_row
 from rvjax.components.samplers import sampling_design_of
 from rvjax.cores import cores
-from rvjax.errors import Finding, UsageError
+from rvjax.errors import CampaignWarning, Finding, UsageError
 from rvjax.execution.audit import prove, prove_baselines
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.threads import local_threads, map_in_threads
 from rvjax.execution.identity import PLAN, identity, provenance, short
+from rvjax.execution.progress import OnProgress, PhaseProgress, timed
+from rvjax.execution.progress_display import shown
 from rvjax.execution.replay import Trace, recorded, trace
 from rvjax.run_folder import BASELINES, Account, RunDescription, RunFolder
 from rvjax.run_folder.manifest import NAME as MANIFEST
@@ -39,9 +42,6 @@ from rvjax.simulation.problem import Problem, baseline_overrides, load
 
 TRACED = 104
 """Flights that are traced together: each takes 400 kB until it is written."""
-
-Progress = Callable[[int, int], None]
-"""Called with the number of samples flown and the number requested."""
 
 
 def _ignore(*args: object) -> None:
@@ -55,14 +55,14 @@ class RunOptions:
     command: recorded in the run folder. executor: what flies the chunks, see `rvjax.execution.executors`.
     until_decided: stop once sequential methods have decided every requirement. A requirement with a fixed number of samples
     needs all samples.
-    on_progress: see `Progress`. on_open: called with the folder before the first flight. on_baseline: called with the name of
+    on_progress: see `OnProgress`. on_open: called with the folder before the first flight. on_baseline: called with the name of
     each baseline controller before it flies. on_warnings: called before that with what is hardly meant in the campaign.
     """
 
     command: Sequence[str] = ()
     executor: ExecutorFactory = local_threads
     until_decided: bool = False
-    on_progress: Progress = _ignore
+    on_progress: OnProgress = _ignore
     on_open: Callable[[Path], None] = _ignore
     on_baseline: Callable[[str], None] = _ignore
     on_warnings: Callable[[Sequence[Finding]], None] = _ignore
@@ -81,7 +81,7 @@ def run(
     out: str | Path | None = None,
     overrides: Sequence[str] = (),
     *,
-    on_progress: Progress | None = None,
+    progress: bool | OnProgress = True,
     until_decided: bool = False,
     executor: ExecutorFactory = local_threads,
     command: Sequence[str] = (),
@@ -89,14 +89,25 @@ def run(
     """Flies a campaign into a run folder, writes its report and returns the folder.
 
     out: the folder, default `reports/<name>/<identity>`. A folder with the same identity is resumed: only missing and damaged
-    chunks are flown. overrides: `place=value` as in `--set`. The other arguments are those of `RunOptions`.
+    chunks are flown. overrides: `place=value` as in `--set`. progress: shown in a terminal and in a notebook; False: nowhere; a
+    function: called instead (`rvjax.execution.progress`). The other arguments are those of `RunOptions`. Warns
+    (CampaignWarning) of what is hardly meant in the campaign.
 
     Errors: CampaignError with every finding; UsageError where samples are added to a run that a fixed number of samples has
     judged; FolderError where the folder is damaged or belongs to another run; IncompleteError where a file cannot be written
     or a chunk cannot be flown.
     """
-    options = RunOptions(command=command, executor=executor, until_decided=until_decided, on_progress=on_progress or _ignore)
-    return fly(path, out, overrides, options).folder
+    with shown(progress) as on_progress:
+        options = RunOptions(
+            command=command, executor=executor, until_decided=until_decided, on_progress=on_progress, on_warnings=warn
+        )
+        return fly(path, out, overrides, options).folder
+
+
+def warn(findings: Sequence[Finding]) -> None:
+    """Python's warnings of what is hardly meant in a campaign."""
+    for finding in findings:
+        warnings.warn(str(finding), CampaignWarning, stacklevel=4)
 
 
 def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], options: RunOptions) -> FinishedRun:
@@ -106,8 +117,9 @@ def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], opti
     place = Path(out) if out is not None else Path("reports") / spec.name / short(flown_by)
     doubtful = cautions(problem)
     options.on_warnings(doubtful)
-    if not (place / MANIFEST).exists():
-        prove_baselines(problem)
+    if spec.baselines and not (place / MANIFEST).exists():
+        with timed("audit", options.on_progress):
+            prove_baselines(problem)
     with leaves_no_folder(place), _open(problem, flown_by, place, overrides, options, doubtful) as folder:
         options.on_open(place)
         results = _fly_problem(problem, flown_by, folder, options)
@@ -115,7 +127,7 @@ def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], opti
         for choice in spec.baselines:
             options.on_baseline(choice.name)
             baselines[choice.name] = _fly_baseline(path, choice, folder, overrides, options)
-        _report(folder, results, spec, baselines)
+        _report(folder, results, spec, baselines, options.on_progress)
     return FinishedRun(place, results.totals.account(folder.requested), results.verdicts)
 
 
@@ -132,7 +144,7 @@ def _fly_baseline(path: str | Path, choice: Choice, main: RunFolder, overrides: 
     problem, flown_by = _load(path, overrides)
     with _open(problem, flown_by, main.path / BASELINES / choice.name, overrides, options) as folder:
         results = _fly_problem(problem, flown_by, folder, options, baseline=True)
-        _report(folder, results, problem.spec, {})
+        _report(folder, results, problem.spec, {}, options.on_progress)
     return results.totals
 
 
@@ -177,20 +189,29 @@ def _fly_problem(
     spec = problem.spec
     runner = ChunkRunner(problem, flown_by)
     results = RunAccumulator(spec.require, sampling_design_of(spec), spec.keep)
-    _fly_and_read(runner, folder, results, options, baseline)
+    folder.quarantine_damaged(["envelopes"])
+    if _missing(folder):
+        with timed("audit", options.on_progress):
+            folder.keep_audit(prove(problem, runner.flyer, baseline).record)
+    flights = PhaseProgress("flights", options.on_progress, runner.steps_flown, spec.horizon.steps, LANES)
+    _fly_and_read(runner, folder, results, options, flights)
     if not baseline and _stops_early(spec, options):
         while not results.decided and folder.requested < spec.samples:
             folder.grow(min(spec.samples, _next_look(folder.requested)))
-            _fly_missing(runner, folder, results, options)
-    _keep_traces(runner, folder, wanted(results.totals))
+            _fly_missing(runner, folder, results, options, flights)
+    flights.end()
+    _keep_traces(runner, folder, wanted(results.totals), options.on_progress)
     return results
 
 
-def _report(folder: RunFolder, results: RunAccumulator, spec: Spec, baselines: Mapping[str, Totals]) -> None:
+def _report(
+    folder: RunFolder, results: RunAccumulator, spec: Spec, baselines: Mapping[str, Totals], on_progress: OnProgress
+) -> None:
     """Writes the report of a run whose results are at hand."""
-    from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
+    with timed("report", on_progress):
+        from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
 
-    report.write(folder, report.assemble_run(folder, results, spec, baselines))
+        report.write(folder, report.assemble_run(folder, results, spec, baselines))
 
 
 def _next_look(flown: int) -> int:
@@ -224,48 +245,55 @@ def _same_plan(folder: RunFolder, flown_by: Mapping[str, Any]) -> None:
         )
 
 
-def _fly_and_read(runner: ChunkRunner, folder: RunFolder, results: RunAccumulator, options: RunOptions, baseline: bool) -> None:
+def _missing(folder: RunFolder) -> list[int]:
+    """The chunks that a folder lacks."""
+    return folder.missing(math.ceil(folder.requested / LANES), ENVELOPE_CHUNKS)
+
+
+def _fly_and_read(
+    runner: ChunkRunner, folder: RunFolder, results: RunAccumulator, options: RunOptions, flights: PhaseProgress
+) -> None:
     """Flies the chunks that the folder lacks and adds all chunks to the results. A damaged chunk is flown again."""
-    chunks = math.ceil(folder.requested / LANES)
-    folder.quarantine_damaged(["envelopes"])
     unread = {chunk.number for chunk in folder.chunks}
-    if folder.missing(chunks, ENVELOPE_CHUNKS):
-        folder.keep_audit(prove(runner.problem, runner.flyer, baseline).record)
-    while (missing := folder.missing(chunks, ENVELOPE_CHUNKS)) or unread:
+    while (missing := _missing(folder)) or unread:
         if missing:
-            _fly_missing(runner, folder, results, options)
+            _fly_missing(runner, folder, results, options, flights)
         for table in folder.read_valid_chunks(sorted(unread.difference(missing))):  # a damaged chunk is missing from then on
             results.add(*table)
         unread.clear()
 
 
-def _fly_missing(runner: ChunkRunner, folder: RunFolder, results: RunAccumulator, options: RunOptions) -> None:
+def _fly_missing(
+    runner: ChunkRunner, folder: RunFolder, results: RunAccumulator, options: RunOptions, flights: PhaseProgress
+) -> None:
     """Flies the missing chunks, commits each as it arrives and adds it to the results."""
     samples, total = folder.requested, max(folder.requested, runner.problem.spec.samples)
-    missing = folder.missing(math.ceil(samples / LANES), ENVELOPE_CHUNKS)
-    done = samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing)
-    options.on_progress(done, total)
+    missing = _missing(folder)
+    flights.begin(samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing), total)
 
     def commit(result: ChunkResult) -> None:
-        nonlocal done
         for file in result.files:
             folder.take(file)
         for table in folder.tables([result.chunk]):  # the results are read back from the disk
             results.add(*table)
-        done += result.samples
-        options.on_progress(done, total)
+        flights.count(result.samples)
 
     with options.executor(runner, folder) as executor:
-        executor.fly(missing, commit)
+        executor.fly(missing, commit, flights.look)
 
 
-def _keep_traces(runner: ChunkRunner, folder: RunFolder, samples: Sequence[int]) -> None:
+def _keep_traces(runner: ChunkRunner, folder: RunFolder, samples: Sequence[int], on_progress: OnProgress) -> None:
     """Flies samples again and keeps their thinned traces, instead of those kept before."""
     folder.quarantine_damaged(["traces"])
     kept = set(folder.trace_samples())
     folder.drop_traces(kept.difference(samples))
     new = [sample for sample in samples if sample not in kept]
-    every = steps_per_row(runner.problem.spec.horizon.steps)
+    if not new:
+        return
+    steps = runner.problem.spec.horizon.steps
+    every = steps_per_row(steps)
+    progress = PhaseProgress("traces", on_progress, runner.steps_flown, steps, min(TRACED, len(new)))
+    progress.begin(0, len(new))
 
     def fly_group(group: Sequence[int]) -> dict[int, Trace]:
         return dict(trace(runner.problem, runner.flyer, group, every, recorded(folder, group)))
@@ -273,6 +301,8 @@ def _keep_traces(runner: ChunkRunner, folder: RunFolder, samples: Sequence[int])
     def write(traces: dict[int, Trace]) -> None:
         for sample, (frame, columns) in traces.items():
             folder.write_trace(sample, frame, columns)
+        progress.count(len(traces))
 
     groups = (new[first : first + TRACED] for first in range(0, len(new), TRACED))
-    map_in_threads(fly_group, groups, write, runner.flyer.stop)
+    map_in_threads(fly_group, groups, write, runner.flyer.stop, progress.look)
+    progress.end()

@@ -1,4 +1,4 @@
-"""A command that is refused leaves no folder."""
+"""A command that is refused, or that breaks off before a flight is kept, leaves no folder."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ from collections.abc import Generator, Iterable
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rvjax.errors import CampaignError, UsageError
+from rvjax.errors import IncompleteError
 from rvjax.run_folder.store import PARTS
 
 
 @contextmanager
 def leaves_no_folder(place: Path) -> Generator[None, None, None]:
-    """Removes the run folder that is made inside, and the folders above it that are made with it, where a CampaignError or a
-    UsageError ends the command before any data file is written. What was there before stays."""
+    """Removes the run folder that is made inside, and the folders above it that are made with it, where an error ends
+    the command before any data file is written: a refusal, or an error in a component of the user when it is first traced. What
+    was there before stays, and so does a folder that a message says how to resume (IncompleteError, an interrupt)."""
     absent = [path for path in (place, *place.parents) if not os.path.lexists(path)]
     empty = bool(absent) or not any(_names(place))
     try:
         yield
-    except (CampaignError, UsageError):
+    except IncompleteError:
+        raise
+    except Exception:
         if empty and not any(name for part in PARTS for name in _names(place / part)):
             for name in _names(place):
                 _remove(place / name)

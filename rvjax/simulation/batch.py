@@ -128,6 +128,7 @@ class Flyer:
     def __init__(self, compiler: Compiler) -> None:
         self._compiler = compiler
         self._stopped = Event()
+        self._steps, self._counting = 0, Lock()
 
     @classmethod
     def of(cls, problem: Problem) -> Flyer:
@@ -166,11 +167,19 @@ class Flyer:
             if self._stopped.is_set():
                 raise CancelledError
             observe(first)
-            carry = programs.advance(numbers, carry, first, min(first + every, steps))
+            last = min(first + every, steps)
+            carry = jax.block_until_ready(programs.advance(numbers, carry, first, last))
+            with self._counting:
+                self._steps += last - first
         observe(steps)
         values, lost = programs.finish(numbers, carry, steps)
         host = partial(np.asarray, dtype=np.float64)
         return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, envelope), kept)
+
+    @property
+    def steps_flown(self) -> int:
+        """Steps that its chunks have flown so far, in all threads: how far the flights under way are."""
+        return self._steps
 
     def watch(self, drawn: Drawn, instants: Sequence[int], look: Callable[[Drawn, Carry], bool]) -> None:
         """Flies a chunk and calls look(numbers, carry) at these steps, with the numbers of the compiled program. It ends where

@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,7 +18,6 @@ import pytest
 from rvjax.cli import COMMANDS, _app
 from rvjax.components import manual
 from rvjax.run_folder import RunFolder
-from rvjax.simulation.batch import LANES
 from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
 from tests.spec.corpus import bad_files
@@ -224,14 +224,11 @@ def test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on(tmp_path: Path, nu
         ),  # a test runner in the background passes on that it ignores SIGINT
     )
     assert running.stderr is not None
-    lines: list[str] = []
-    for line in running.stderr:
-        lines.append(line)
-        if line.startswith(f"{LANES}/"):
-            break
+    while running.poll() is None and not any((tmp_path / "run" / "samples").glob("*.parquet")):
+        time.sleep(0.02)
     running.send_signal(number)
     rest = running.stderr.read()
-    assert running.wait(60) == code, "".join(lines) + rest
+    assert running.wait(60) == code, rest
     assert "Traceback" not in rest
     assert f"rvjax run {CAMPAIGN} --out {tmp_path / 'run'}" in rest
     assert RunFolder.open(tmp_path / "run").chunks

@@ -21,6 +21,7 @@ from rvjax.cli import COMMANDS, main
 from rvjax.cli._output import Output
 from rvjax.cli._streams import prepare, printable
 from rvjax.components import manual
+from rvjax.execution.progress import Progress
 from tests.program import Run
 from tests.short import CAMPAIGN, QUICK, SHORT
 
@@ -152,7 +153,7 @@ def test_the_progress_bar_in_latin_1(monkeypatch: pytest.MonkeyPatch) -> None:
     prepare()
     with Output().progress() as show:
         for done in range(4):
-            show(done, 3)
+            show(Progress(phase="flights", done=done, total=3, share=done / 3, ended=done == 3))
     assert b"flying" in bytes_.getvalue()
     assert b"\\u" not in bytes_.getvalue()
 

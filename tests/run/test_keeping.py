@@ -11,6 +11,7 @@ import pytest
 from rvjax.execution.replay import replay
 from rvjax.execution.run import run
 from rvjax.run_folder import RunFolder
+from tests.progress import append_flown
 from tests.short import CAMPAIGN, QUICK, SHORT
 
 SAMPLES = 110
@@ -48,7 +49,7 @@ def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path, monkeypatch: p
     before = {path.name: path.read_bytes() for path in (folder / "traces").iterdir()}
 
     flown: list[int] = []
-    run(CAMPAIGN, folder, [*SOME, "keep={all: true}"], on_progress=lambda done, total: flown.append(done))
+    run(CAMPAIGN, folder, [*SOME, "keep={all: true}"], progress=append_flown(flown))
     assert kept(folder) == list(range(SAMPLES))
     assert SAMPLES - len(before) > GROUP, "several groups"
     assert {name: (folder / "traces" / name).read_bytes() for name in before} == before
@@ -60,12 +61,12 @@ def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path, monkeypatch: p
         error = np.sqrt(sum(last[f"rho_{axis}_m"] ** 2 for axis in "xyz"))
         assert error == pytest.approx(row["metric.final_position_error_m"], rel=1e-14)
 
-    run(CAMPAIGN, folder, [*SOME, "keep={worst: 0, percentiles: true}"], on_progress=lambda done, total: flown.append(done))
+    run(CAMPAIGN, folder, [*SOME, "keep={worst: 0, percentiles: true}"], progress=append_flown(flown))
     settling = frame["metric.settling_time_s"].fillna(np.inf).to_numpy()
     order = np.argsort(settling, kind="stable")
     assert kept(folder) == sorted({int(order[int(np.ceil(q * SAMPLES)) - 1]) for q in (0.05, 0.25, 0.5, 0.75, 0.95)})
 
-    run(CAMPAIGN, folder, SOME, on_progress=lambda done, total: flown.append(done))
+    run(CAMPAIGN, folder, SOME, progress=append_flown(flown))
     window = frame["metric.window_position_error_m"]
     worst = frame.assign(window=window)[frame["outcome"] == "not_settled"].sort_values("window", ascending=False)["sample"][:10]
     assert kept(folder) == sorted(worst)

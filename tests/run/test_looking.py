@@ -10,9 +10,11 @@ import pytest
 
 from rvjax.analysis.verdicts import judge_folder
 from rvjax.errors import UsageError
+from rvjax.execution.progress import Progress
 from rvjax.execution.run import run
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
+from tests.progress import append_flown
 from tests.short import CAMPAIGN, SHORT
 
 QUICK = (
@@ -44,7 +46,7 @@ def test_flying_stops_once_all_is_decided(tmp_path: Path) -> None:
     assert verdict.evidence is not None
     assert verdict.evidence.decided == 0
     flown: list[int] = []
-    run(CAMPAIGN, folder, given, on_progress=lambda done, total: flown.append(done), until_decided=True)
+    run(CAMPAIGN, folder, given, progress=append_flown(flown), until_decided=True)
     assert flown == []
     assert judge_folder(folder)[0].text == verdict.text
 
@@ -92,13 +94,13 @@ def test_a_second_look_at_more_samples_is_refused(tmp_path: Path) -> None:
 def test_a_run_that_was_cut_short_has_not_been_looked_at(tmp_path: Path) -> None:
     """Kills: refusing to resume a run that was interrupted and asked for fewer samples."""
 
-    def stop(done: int, total: int) -> None:
-        if done:
+    def stop(progress: Progress) -> None:
+        if progress.done:
             raise KeyboardInterrupt
 
     folder = tmp_path / "run"
     with pytest.raises(KeyboardInterrupt):
-        run(CAMPAIGN, folder, (*QUICK, FIXED, "samples=1000"), on_progress=stop)
+        run(CAMPAIGN, folder, (*QUICK, FIXED, "samples=1000"), progress=stop)
     run(CAMPAIGN, folder, (*QUICK, FIXED, "samples=1300"))
     assert judge_folder(folder)[0].n == 1300
 

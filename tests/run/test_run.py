@@ -21,6 +21,7 @@ from rvjax.report.run_view import open_run
 from rvjax.run_folder import Audited, RunFolder
 from rvjax.simulation import tables
 from rvjax.simulation.batch import LANES
+from tests.progress import append_flown
 from tests.short import CAMPAIGN, QUICK, SHORT
 
 REPLAYED = (LANES - 1, 2 * LANES + 167, 3 * LANES + 49)
@@ -107,12 +108,12 @@ def test_more_samples_leave_the_first_ones_as_they_are(tmp_path: Path, figure: C
     quick = [*SHORT, QUICK, "require=[]", "keep={worst: 0}"]
     fewer = table(run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={first}"]))
     flown: list[int] = []
-    more = table(run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={then}"], on_progress=lambda done, total: flown.append(done)))
+    more = table(run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={then}"], progress=append_flown(flown)))
     assert len(more) == then
     assert flown[0] == 2 * LANES, "whole chunks are there, the one that was cut is flown with those that are new"
     pd.testing.assert_frame_equal(more.iloc[:first], fewer, check_exact=True)
     again: list[int] = []
-    run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={then}"], on_progress=lambda done, total: again.append(done))
+    run(CAMPAIGN, tmp_path / "run", [*quick, f"samples={then}"], progress=append_flown(again))
     assert again == []
     for sample in REPLAYED:
         replay(tmp_path / "run", sample, every=100)  # compares every metric with the row
@@ -128,7 +129,7 @@ def test_the_verdict_is_on_the_requirements_given_last(flown: Path, tmp_path: Pa
     before = {path.name: path.read_bytes() for path in (copy / "traces").iterdir()}
     flights: list[int] = []
     required = "require=[{metric: captured, at_least: 0.5}]"
-    run(CAMPAIGN, copy, [*SHORT, required], on_progress=lambda done, total: flights.append(done))
+    run(CAMPAIGN, copy, [*SHORT, required], progress=append_flown(flights))
     assert flights == []
     assert [verdict.verdict for verdict in judge_folder(copy)] == ["PASS"]
     assert judge_folder(flown)[0].verdict == "UNDECIDED"

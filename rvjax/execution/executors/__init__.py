@@ -13,9 +13,9 @@ from rvjax.run_folder import RunFolder
 class Executor(Protocol):
     """Flies chunks and hands over their results in any order."""
 
-    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
-        """Calls `take` with the result of every chunk, in this thread, while others fly. Memory holds a few results at a time.
-        On an interrupt, what was flown is still handed over.
+    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None], look: Callable[[], None] = lambda: None) -> None:
+        """Calls `take` with the result of every chunk, in this thread, while others fly, and `look` now and then while it waits.
+        Memory holds a few results at a time. On an interrupt, what was flown is still handed over.
 
         IncompleteError names the chunks that could not be flown, after all others were handed over.
         """

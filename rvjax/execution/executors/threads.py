@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import islice
 from typing import TypeVar
@@ -17,10 +17,21 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 
-def map_in_threads(fly: Callable[[T], R], items: Iterable[T], take: Callable[[R], None], stop: Callable[[], None]) -> None:
+LOOK_S = 0.2
+"""Seconds between two looks at the flights under way."""
+
+
+def map_in_threads(
+    fly: Callable[[T], R],
+    items: Iterable[T],
+    take: Callable[[R], None],
+    stop: Callable[[], None],
+    look: Callable[[], None] = lambda: None,
+) -> None:
     """Calls `fly` with every item, several at a time, and `take` with each result, in the order of the items and in this thread.
 
-    Memory holds a few results at a time. On an interrupt `stop` ends the flights, and `take` gets what was flown before.
+    look: called several times a second while this thread waits. Memory holds a few results at a time. On an interrupt
+    `stop` ends the flights, and `take` gets what was flown before.
     """
     todo, flying = iter(items), deque[Future[R]]()
     with ThreadPoolExecutor(streams()) as threads:
@@ -29,6 +40,8 @@ def map_in_threads(fly: Callable[[T], R], items: Iterable[T], take: Callable[[R]
                 flying.extend(threads.submit(fly, item) for item in islice(todo, 2 * streams() - len(flying)))
                 if not flying:
                     break
+                while not wait([flying[0]], LOOK_S).done:
+                    look()
                 take(flying.popleft().result())
         except BaseException:
             stop()
@@ -45,9 +58,9 @@ class ThreadExecutor:
     def __init__(self, runner: ChunkRunner) -> None:
         self._runner = runner
 
-    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
+    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None], look: Callable[[], None] = lambda: None) -> None:
         """As `Executor.fly`, in the order of the chunks."""
-        map_in_threads(self._runner.fly_chunk, chunks, take, self._runner.flyer.stop)
+        map_in_threads(self._runner.fly_chunk, chunks, take, self._runner.flyer.stop, look)
 
 
 @contextmanager

@@ -32,6 +32,8 @@ from rvjax.errors import CampaignError, Finding, FolderError
 from rvjax.execution import run
 from rvjax.execution.audit import prove
 from rvjax.execution.identity import identity, provenance, short, source_digest
+from rvjax.execution.progress import OnProgress
+from rvjax.execution.progress_display import shown
 from rvjax.run_folder import CAMPAIGN, RunDescription, RunFolder, tuning_record
 from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.run_folder.refusals import leaves_no_folder
@@ -45,6 +47,7 @@ from rvjax.search.tuning.objective import Judge, Measure
 from rvjax.search.tuning.space import Space
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES, Flyer
+from rvjax.simulation.cautions import cautions
 from rvjax.simulation.problem import load
 from rvjax.simulation.requirement_checks import counted
 from rvjax.stats import explained
@@ -137,19 +140,22 @@ def tune(
     overrides: Sequence[str] = (),
     *,
     on_message: Callable[[str], None] = lambda _: None,
-    on_progress: run.Progress | None = None,
+    progress: bool | OnProgress = True,
     on_open: Callable[[Path], None] = lambda _: None,
+    on_warnings: Callable[[Sequence[Finding]], None] = run.warn,
     command: Sequence[str] = (),
 ) -> tuple[Path, Searched]:
     """Searches the parameters of a campaign, confirms the winner on fresh draws and writes the report; returns the folder and
     the record of the search.
 
-    on_message: called with a line for each batch. on_open: called with the folder before the first flight. Others as in `run`.
+    on_message: called with a line for each batch. on_open: called with the folder before the first flight. progress: of the
+    confirmation, as in `run`. on_warnings: called with what is hardly meant in the campaign; by default Python's warnings.
 
     Errors: CampaignError with every finding; FolderError where the folder is damaged or belongs to another search.
     """
     first, tuning, method, parameters = prepare(path, overrides)
     jax_config.configure(first.problem.spec.precision)
+    on_warnings(cautions(first.problem))
     spec = first.problem.spec
     seed = spec.seed + 1 if tuning.seed is None else tuning.seed
     measures = [Measure.of(objective, _columns(first)) for objective in tuning.objective]
@@ -180,9 +186,9 @@ def tune(
         folder.write_bytes(tuning_record.NAME, record.encode())
         folder.seal()  # from here on the search is over, whatever happens to the confirmation
         on_message(f"confirming on {_samples(spec)} fresh draws")
-        record = record.model_copy(
-            update={"confirmation": _confirmed(place, overrides, spec, search, record.best, on_progress, command)}
-        )
+        with shown(progress) as on_progress:
+            options = run.RunOptions(command=command, on_progress=on_progress)
+            record = record.model_copy(update={"confirmation": _confirmed(place, overrides, spec, search, record.best, options)})
         folder.write_text(tuning_record.TABLE, candidates_table(record))
         folder.write_bytes(tuning_record.NAME, record.encode())
         from rvjax.report import tuning_report as report  # plotting takes a second to import
@@ -241,21 +247,11 @@ def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
     }
 
 
-def _confirmed(
-    place: Path,
-    overrides: Sequence[str],
-    spec: Spec,
-    search: Search,
-    winner: int,
-    progress: run.Progress | None,
-    command: Sequence[str],
-) -> Any:
+def _confirmed(place: Path, overrides: Sequence[str], spec: Spec, search: Search, winner: int, options: run.RunOptions) -> Any:
     """Flies the winner and the original campaign on fresh draws and judges them."""
     tuning = search.tuning
-    run.run(place / tuning_record.BEST, place / tuning_record.TUNED, ["baselines=[]"], on_progress=progress, command=command)
-    run.run(
-        place / CAMPAIGN, place / tuning_record.ORIGINAL, [*overrides, *_fresh_draws(spec)], on_progress=progress, command=command
-    )
+    run.fly(place / tuning_record.BEST, place / tuning_record.TUNED, ["baselines=[]"], options)
+    run.fly(place / CAMPAIGN, place / tuning_record.ORIGINAL, [*overrides, *_fresh_draws(spec)], options)
     table = search.table(winner)
     seen = [*search.judge.values(table), search.judge.score(table).objectives[0]]
     from rvjax.analysis.verdicts import campaign_of
