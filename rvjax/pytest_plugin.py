@@ -11,14 +11,16 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 import os
 import re
 import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Generator, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +35,9 @@ _BRACKETS = str.maketrans("[]", "()")
 _PROJECT = (".git", "pyproject.toml", "pytest.ini", "setup.cfg", "setup.py", "tox.ini")
 _VERDICT, _COMMANDS = "rvjax_verdict", "rvjax_commands"
 _ROOT = pytest.StashKey[Path]()
+_TIMEOUT = "rvjax_timeout_min"
+_MESSAGE_S = 10.0
+"""Seconds until a message says what is waited for."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -42,6 +47,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--rvjax-out", metavar="DIR", help="--rvjax-out=DIR: where run folders go; default: a new temporary folder")
     group.addoption("--rvjax-undecided", choices=("fail", "pass"), help="what an undecided requirement does; default: fail")
     parser.addini("rvjax_undecided", "what an undecided requirement does: fail or pass", default="fail")
+    parser.addini(_TIMEOUT, "minutes that flying a campaign may take, or waiting for another pytest that flies it", default="360")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -78,9 +84,12 @@ def pytest_configure(config: pytest.Config) -> None:
     if not config.getoption("--rvjax"):
         return
     config.addinivalue_line("markers", "xdist_group(name): tests that one process runs")
-    said = config.getini("rvjax_undecided")
-    if said not in ("fail", "pass"):
-        raise pytest.UsageError(f"rvjax_undecided: found {said!r}; accepted: fail, pass")
+    undecided, timeout = config.getini("rvjax_undecided"), config.getini(_TIMEOUT)
+    wrong = [] if undecided in ("fail", "pass") else [f"rvjax_undecided: found {undecided!r}; accepted: fail, pass"]
+    if not 0.0 < _number(timeout) <= 10_000.0:
+        wrong.append(f"{_TIMEOUT}: found {timeout!r}; accepted: minutes above 0, up to 10000")
+    if wrong:
+        raise pytest.UsageError("\n".join(wrong))
     if config.getoption(_OUT):
         _root(config)
 
@@ -136,14 +145,21 @@ class CampaignFile(pytest.File):
         if self.judged is None:
             session = os.environ.get("PYTEST_XDIST_TESTRUNUID", "")
             kept = self.folder.with_suffix(f"{self.folder.suffix}.json")
-            with _alone(self.folder):
-                if session and kept.exists():
-                    found = json.loads(kept.read_text(encoding="utf-8"))
-                    self.judged = found if found.get("session") == session else None
-                if self.judged is None:
-                    self.judged = {**_check(self.path, self.folder), "session": session}
+            limit_s = 60.0 * _number(self.config.getini(_TIMEOUT))
+            with _alone(self.folder, limit_s, self._say):
+                found = _kept(kept)
+                if session and found.get("session") == session:
+                    self.judged = found
+                else:
+                    self.judged = {**_check(self.path, self.folder, limit_s), "session": session}
                     kept.write_text(json.dumps({**self.judged, "commands": []}), encoding="utf-8")
         return self.judged
+
+    def _say(self, text: str) -> None:
+        """A line in the terminal; nothing in a process of xdist, which has none."""
+        reporter: Any = self.config.pluginmanager.get_plugin("terminalreporter")
+        if reporter is not None:
+            reporter.write_line(text)
 
 
 class RequirementItem(pytest.Item):
@@ -209,11 +225,34 @@ def folder_name(campaign: Path) -> str:
     return f"{name[-80:]}-{hashlib.sha256(os.fsencode(shown)).hexdigest()[:8]}"
 
 
-def _check(campaign: Path, folder: Path) -> dict[str, Any]:
+def _number(text: str) -> float:
+    """The number; not a number where there is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _kept(file: Path) -> dict[str, Any]:
+    """The verdicts that a process of xdist has kept; empty where there are none, or not whole."""
+    try:
+        found = json.loads(file.read_bytes())
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _check(campaign: Path, folder: Path, limit_s: float) -> dict[str, Any]:
     """What `rvjax check` says of a campaign: its document, or `error`; `commands`: what it told a service on its way."""
     command = [sys.executable, "-P", "-m", "rvjax", "check", str(campaign), "--out", str(folder), "--json", "--quiet"]
     utf_8 = os.environ | {"PYTHONIOENCODING": "utf-8"}
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", env=utf_8, check=False)
+    try:
+        done = subprocess.run(
+            command, capture_output=True, encoding="utf-8", errors="replace", env=utf_8, check=False, timeout=limit_s
+        )
+    except subprocess.TimeoutExpired:
+        why = f"not decided within {limit_s / 60:g} min; the flights are kept. Resume with the command below, or set {_TIMEOUT}"
+        return {"error": f"{why}\n{shlex.join(command[:-2])}", "commands": []}
     commands = [line for line in done.stderr.splitlines() if line.startswith(("::error ", "::warning "))]
     try:
         document = json.loads(done.stdout)
@@ -247,12 +286,24 @@ def _root(config: pytest.Config) -> Path:
 
 
 @contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """One process at a time."""
+def _alone(folder: Path, limit_s: float, say: Callable[[str], None]) -> Iterator[None]:
+    """One process at a time. NotShown where another process keeps the campaign for longer than the limit."""
     import fcntl  # not everywhere where pytest is
 
+    started, said = time.monotonic(), False
     with folder.with_suffix(f"{folder.suffix}.lock").open("wb") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        while True:
+            with suppress(BlockingIOError):
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            waited = time.monotonic() - started
+            if waited > limit_s:
+                why = f"another pytest has been flying this campaign into {folder} for {limit_s / 60:g} min"
+                raise NotShown("ERROR", f"{why}; stop it, or set {_TIMEOUT}")
+            if waited > _MESSAGE_S and not said:
+                said = True
+                say(f"waiting for another pytest, which flies into {folder}, up to {limit_s / 60:g} min")
+            time.sleep(0.1)
         yield
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from rvjax.analysis.run_totals import Ledger, metric, worst_value
 from rvjax.analysis.verdicts.compliance import complies
 from rvjax.campaign import Requirement
-from rvjax.campaign.plain_values import is_list, is_mapping
+from rvjax.campaign.plain_values import exact, is_list, is_mapping
 from rvjax.columns import DRAW, Column, drawn_columns, metric_column
 from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.run_folder import OUTCOMES, RunFolder
@@ -226,7 +226,7 @@ def value_text(value: object, given: bool) -> str:
     return (
         "no value in its file"
         if value is None
-        else f"the default {value:g}"
+        else f"the default {exact(value)}"
         if isinstance(value, float)
         else f"the default {value}"
     )

@@ -59,8 +59,8 @@ def check_possible(matrix: Matrix, words: str = "") -> None:
     for i, (leader, sign) in enumerate(tied):
         for j, entry in enumerate(matrix[i]):
             if abs(entry - sign * matrix[leader][j]) > ROUNDING:
-                message = f"variable {i + 1} is tied to variable {leader + 1}, but {entry:g} in row {i + 1} is not "
-                message += f"{sign * matrix[leader][j]:g}, as row {leader + 1} demands"
+                message = f"variable {i + 1} is tied to variable {leader + 1}, but {exact(entry)} in row {i + 1} is not "
+                message += f"{exact(sign * matrix[leader][j])}, as row {leader + 1} demands"
                 refuse(Problem(message, "accepted: the same row, with the sign of the tie"))
     free = [i for i, (leader, _) in enumerate(tied) if leader == i]
     least = float(np.linalg.eigvalsh(np.array(matrix)[np.ix_(free, free)])[0])
@@ -82,7 +82,7 @@ def _check_symmetric(rows: list[list[Any]]) -> None:
     for i, row in enumerate(rows):
         for j, entry in enumerate(row):
             if entry != rows[j][i]:
-                message = f"{entry:g} in row {i + 1} is {rows[j][i]:g} in row {j + 1}"
+                message = f"{exact(entry)} in row {i + 1} is {exact(rows[j][i])} in row {j + 1}"
                 refuse(Problem(message, "accepted: a symmetric matrix"))
 
 
@@ -134,8 +134,10 @@ class CovarianceMatrix:
         for i, j in places:
             most = math.sqrt(covariance[i][i] * covariance[j][j])
             if abs(covariance[i][j]) > most * (1.0 + ROUNDING):
-                message = f"the covariance {covariance[i][j]:g} is above {most:g}, the product of the standard deviations"
-                refuse(Problem(message, f"accepted: from {-most:g} to {most:g}", (i, j)))
+                message = (
+                    f"the covariance {exact(covariance[i][j])} is above {exact(most)}, the product of the standard deviations"
+                )
+                refuse(Problem(message, f"accepted: from {exact(-most)} to {exact(most)}", (i, j)))
         check_possible(correlations(covariance))
         return covariance
 
@@ -219,6 +221,6 @@ class Correlation(Model):
                 message = f"{name} is not normal, so a covariance does not decide how it depends on the others"
                 yield Problem(message, "accepted: normal laws, or rank instead of covariance", ("variables", index))
             elif abs(variance - law.sd**2) > AGREEMENT * law.sd**2:
-                message = f"the variance {variance:g} of {name} is not that of its law"
-                accepted = f"accepted: {law.sd**2:g}, the square of its standard deviation {law.sd:g} in SI"
+                message = f"the variance {exact(variance)} of {name} is not that of its law"
+                accepted = f"accepted: {exact(law.sd**2)}, the square of its standard deviation {exact(law.sd)} in SI"
                 yield Problem(message, accepted, ("covariance", index, index))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.campaign import Model, Quantity, Spec
+from rvjax.campaign.plain_values import exact
 
 Values = NDArray[np.float64]
 
@@ -70,7 +71,7 @@ def neutral_values(model: Model, neutral: Neutral) -> str:
             (value,) = set(fields.values())
             absent = " or left out" if any(getattr(model, name) is None for name in fields) else ""
             listed = f"{', '.join(keys[:-1])} and {keys[-1]} are" if keys[1:] else f"{keys[0]} is"
-            return f"{listed} {value:g}{absent} in every sample"
+            return f"{listed} {exact(value)}{absent} in every sample"
     return ""
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.campaign import Quantity, Spec
+from rvjax.campaign.plain_values import exact, shortest
 from rvjax.campaign.problems import Problem
 from rvjax.columns import CHANNELS
 from rvjax.components.effect import LOST, impulse_of_steps, rounding_s, seen, typical
@@ -36,7 +37,7 @@ def table_problem(parameters: Any, spec: Spec) -> Iterator[Problem]:
         place, accepted = (key,), f"accepted: times with a wrench inside the flight, or shift_s; {_flight(spec)}"
         times = _times(table, low, high)
         between = low == high and _nonzero_between(table, low, high, spec)
-        why = f"between two steps of {spec.horizon.step_s:g} s" if between else f"outside the flight; {times}"
+        why = f"between two steps of {exact(spec.horizon.step_s)} s" if between else f"outside the flight; {times}"
         yield Problem(f"the wrench of the table is 0 at every step: the rest lies {why}", accepted, place)
 
 
@@ -80,17 +81,17 @@ _SHORTER = "accepted: details of a step or longer, or a shorter horizon.step_s"
 def _impulses(what: str, channel: str, steps_see: float, whole: float, h: float) -> str:
     unit = "N s" if channel.startswith("f") else "N m s"
     return (
-        f"{what} are shorter than the step of {h:g} s: on {channel} the steps see an impulse of {steps_see:.4g} {unit}, "
+        f"{what} are shorter than the step of {exact(h)} s: on {channel} the steps see an impulse of {steps_see:.4g} {unit}, "
         f"the campaign has {whole:.4g} {unit}"
     )
 
 
 def _flight(spec: Spec) -> str:
-    return f"the flight is from 0 s to {spec.horizon.duration_s:g} s"
+    return f"the flight is from 0 s to {exact(spec.horizon.duration_s)} s"
 
 
 def _times(table: Values, low: float, high: float) -> str:
-    shift = "" if low == high == 0.0 else f" before a shift of {low:g} s" + ("" if low == high else f" to {high:g} s")
+    shift = "" if low == high == 0.0 else f" before a shift of {exact(low)} s" + ("" if low == high else f" to {exact(high)} s")
     return f"its times are {table[0, 0]:.15g} s to {table[-1, 0]:.15g} s{shift}"
 
 
@@ -113,7 +114,7 @@ def pulse_problem(pulse: Any, spec: Spec) -> Iterator[Problem]:
     ((earliest, latest),) = pulse.first_s.supports
     if earliest >= spec.horizon.duration_s:
         message = f"the first pulse begins at {earliest:.15g} s, not before the end of the flight"
-        yield Problem(message, f"accepted: below {spec.horizon.duration_s:g} s", ("first_s",))
+        yield Problem(message, f"accepted: below {exact(spec.horizon.duration_s)} s", ("first_s",))
         return
     length = pulse.width_s.supports[0][1] + pulse.edge_s.supports[0][1]
     if pulse.period_s is not None and not pulse.period_s.is_fixed:
@@ -121,7 +122,7 @@ def pulse_problem(pulse: Any, spec: Spec) -> Iterator[Problem]:
     if not seen(spec, earliest, latest - earliest + length, None if pulse.period_s is None else typical(pulse.period_s)):
         half = 0.5 * spec.horizon.step_s
         message = f"every pulse of {length:g} s, edge included, lies between two instants of the integration"
-        yield Problem(message, f"accepted: a pulse of {half:g} s (half a step) or longer, or a shorter step_s", ("width_s",))
+        yield Problem(message, f"accepted: a pulse of {exact(half)} s (half a step) or longer, or a shorter step_s", ("width_s",))
 
 
 def pulse_warnings(pulse: Any, spec: Spec) -> Iterator[Problem]:
@@ -144,8 +145,8 @@ def pulse_warnings(pulse: Any, spec: Spec) -> Iterator[Problem]:
     steps_see = impulse_of_steps(spec, height)
     if abs(steps_see - whole) > LOST * whole:
         message = (
-            f"edges of {edge:g} s are shorter than the step of {spec.horizon.step_s:g} s: of the impulse of the pulses the steps "
-            f"see {steps_see / whole:.4g} times"
+            f"edges of {exact(edge)} s are shorter than the step of {exact(spec.horizon.step_s)} s: "
+            f"of the impulse of the pulses the steps see {steps_see / whole:.4g} times"
         )
         yield Problem(message, "accepted: edge_s of several steps, or a shorter horizon.step_s", ("edge_s",))
 
@@ -171,5 +172,7 @@ def fast_sinusoid(force: Quantity, torque: Quantity, rate: Quantity, spec: Spec)
         if (low, high) != (0.0, 0.0) and min(abs(least), abs(most)) * spec.horizon.step_s > math.pi and least * most > 0.0
     ]
     if channels:
-        message = f"on {', '.join(channels)} the period is shorter than two steps of {spec.horizon.step_s:g} s"
-        yield Problem(message, f"accepted: at most {math.pi / spec.horizon.step_s:g} rad/s, or a shorter step_s", ("rate_rad_s",))
+        h = spec.horizon.step_s
+        most = shortest(math.pi / h, lambda rate: rate * h <= math.pi)
+        message = f"on {', '.join(channels)} the period is shorter than two steps of {exact(h)} s"
+        yield Problem(message, f"accepted: at most {most} rad/s, or a shorter step_s", ("rate_rad_s",))

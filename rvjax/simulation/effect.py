@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from rvjax.campaign.draw_names import covers
-from rvjax.campaign.plain_values import Place
+from rvjax.campaign.plain_values import Place, exact
 from rvjax.campaign.problems import Problem as Wrong
 from rvjax.campaign.requirement import Condition
 from rvjax.components.effect import has, neutral_values
@@ -113,7 +113,7 @@ def _classes(problem: Problem) -> Iterator[Wrong]:
         for name, condition in requirement.where.items():
             if name in spans and not _met(condition, *spans[name]):
                 low, high = spans[name]
-                message = f"no draw is {condition}, the draws are {low:g} to {high:g}"
+                message = f"no draw is {condition}, the draws are {exact(low)} to {exact(high)}"
                 yield Wrong(message, "accepted: a condition that some draws meet", ("require", index, "where", name))
 
 

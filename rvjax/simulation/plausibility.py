@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.choice import Choice
 from rvjax.campaign.declarations import declared
 from rvjax.campaign.nominal_body import NominalBody
-from rvjax.campaign.plain_values import is_mapping
+from rvjax.campaign.plain_values import exact, is_mapping
 from rvjax.campaign.reference_body import UNITS
 from rvjax.components.registry import component
 from rvjax.errors import Finding
@@ -98,9 +99,9 @@ def _estimates(spec: Spec, choice: Choice, gains: Mapping[str, Quantity], drawn:
             f"the estimate stays from {floor:g} to {ceiling:g} {unit}, but the {what} of {outside} of the first "
             f"{values.shape[1]} samples are outside: from {least:.4g} to {most:.4g} {unit}"
         )
-        right = {low: f"{low} of at most {least:.4g}"} if low and least < floor else {}
+        right = {low: f"{low} of at most {_at_most(least)}"} if low and least < floor else {}
         if most > ceiling or (not low and least < floor):
-            right[high] = f"{high} of at least {max(most, most if low else -least):.4g}"
+            right[high] = f"{high} of at least {_at_least(max(most, most if low else -least))}"
         yield spec.source.finding(
             (*choice.path, "gains", next(iter(right))), message, f"right would be {' and '.join(right.values())}"
         )
@@ -130,7 +131,7 @@ def _disturbances(spec: Spec, drawn: Drawn) -> Iterator[Finding]:
                     f"the {half} reaches {size[rows].max():.4g} {unit} on an axis, in {beaten} of the first "
                     f"{size.shape[1]} samples more than the actuators can give"
                 )
-                right = f"right would be at most {limits[rows].min():.4g} {unit}, or stronger actuators"
+                right = f"right would be at most {_at_most(float(limits[rows].min()))} {unit}, or stronger actuators"
                 yield spec.source.finding((*choice.path, key), message, right)
 
 
@@ -148,7 +149,7 @@ def _ceilings(spec: Spec, choice: Choice, gains: Mapping[str, Quantity], drawn: 
                     f"{other.name} is above it in {above} of the first {size.shape[1]} samples: "
                     f"up to {size[rows].max():.4g} {unit}"
                 )
-                right = f"right would be a bound_share of at least {float((size[rows] / limits[rows]).max()):.3g}"
+                right = f"right would be a bound_share of at least {_at_least(float((size[rows] / limits[rows]).max()))}"
                 yield spec.source.finding((*choice.path, "gains", "bound_share"), message, right)
 
 
@@ -163,10 +164,24 @@ def _braking(spec: Spec, choice: Choice, gains: Mapping[str, Quantity], body: No
             f"the approach brakes with up to {wanted:.3g} m/s², but {force:.4g} N give {body.mass:g} kg only {able:.3g} m/s²: "
             "it arrives too fast to stop"
         )
-        right = (
-            f"right would be k1 times v_max_m_s of at most {able * 16.0 / (3.0 * math.sqrt(3.0)):.3g} m/s², or stronger actuators"
-        )
+        most = _at_most(able * 16.0 / (3.0 * math.sqrt(3.0)))
+        right = f"right would be k1 times v_max_m_s of at most {most} m/s², or stronger actuators"
         yield spec.source.finding((*choice.path, "gains", "k1"), message, right)
+
+
+def _at_most(value: float) -> str:
+    """The value to three digits, rounded down, so that a number which follows the advice is not warned of again."""
+    return _to_three_digits(value, ROUND_FLOOR)
+
+
+def _at_least(value: float) -> str:
+    """The value to three digits, rounded up."""
+    return _to_three_digits(value, ROUND_CEILING)
+
+
+def _to_three_digits(value: float, way: str) -> str:
+    number = Decimal(repr(value))  # 0.6, not 0.59999999999999997780
+    return exact(float(number.quantize(Decimal(1).scaleb(number.adjusted() - 2), rounding=way)))
 
 
 def _radius(body: NominalBody) -> float:
@@ -183,7 +198,7 @@ def _density(spec: Spec, body: NominalBody) -> Iterator[Finding]:
             f"{body.mass:g} kg with a mean moment of {body.inertia:.4g} kg·m² are as dense as a ball of {radius:.3g} m with "
             f"{density:.3g} kg/m³"
         )
-        right = f"right would be {low:g} to {high:,.0f} kg/m³; masses are in kg, moments of inertia in kg·m²"
+        right = f"right would be {exact(low)} to {high:,.0f} kg/m³; masses are in kg, moments of inertia in kg·m²"
         yield spec.source.finding(("pursuer", "inertia_kgm2"), message, right)
 
 

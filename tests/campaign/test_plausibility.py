@@ -66,7 +66,7 @@ def test_a_heavy_body_with_its_actuators_is_as_meant() -> None:
         (
             ["disturbances=[{use: constant, force_N: [0, -2, 0]}]"],
             "controller.gains.bound_share: the estimated bound of the force ends at 1.75 N, but constant is above it in 416 of "
-            "the first 416 samples: up to 2 N; right would be a bound_share of at least 0.571",
+            "the first 416 samples: up to 2 N; right would be a bound_share of at least 0.572",
         ),
         (
             ["disturbances=[{use: constant, torque_Nm: [0, -0.7, 0]}]", "controller={use: pd-plus}"],

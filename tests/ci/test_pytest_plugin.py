@@ -18,7 +18,7 @@ from xdist.scheduler import LoadGroupScheduling
 from rvjax.campaign.overrides import override
 from rvjax.campaign.source import read
 from rvjax.pytest_plugin import CAMPAIGN as MARK
-from rvjax.pytest_plugin import folder_name, item_names, joined
+from rvjax.pytest_plugin import NotShown, _alone, _check, _kept, folder_name, item_names, joined  # pyright: ignore[reportPrivateUsage]
 from tests.short import CAMPAIGN, SHORT
 
 REQUIRE = (
@@ -97,10 +97,11 @@ def test_mistakes_are_told_with_their_places(project: Path) -> None:
     code, said = pytested(project, "ci", "-q")
     assert code == 5
     assert "no tests ran" in said
-    (project / "pytest.ini").write_text("[pytest]\nrvjax_undecided = maybe\n")
+    (project / "pytest.ini").write_text("[pytest]\nrvjax_undecided = maybe\nrvjax_timeout_min = soon\n")
     code, said = pytested(project, "--rvjax", "ci", "-q")
     assert code == 4
     assert "rvjax_undecided: found 'maybe'; accepted: fail, pass" in said
+    assert "rvjax_timeout_min: found 'soon'; accepted: minutes above 0, up to 10000" in said
 
 
 def test_what_only_flying_finds_fails_every_requirement(project: Path) -> None:
@@ -158,7 +159,7 @@ def test_names_stay_when_a_requirement_is_inserted() -> None:
 
 COUNTED = """import json, pathlib
 import rvjax.pytest_plugin as plugin
-def check(campaign, folder):
+def check(campaign, folder, limit_s):
     with open("flown.txt", "a") as file:
         file.write(f"{folder}\\n")
     document = {"verdicts": [
@@ -212,6 +213,39 @@ def test_an_output_folder_that_cannot_be_written_is_a_mistake_of_the_command(pro
     code, said = pytested(project, "--rvjax", "ci", "-q", "--rvjax-out=file/below")
     assert code == 4
     assert "--rvjax-out=file/below: cannot be written: Not a directory; accepted: a folder" in said
+
+
+def test_another_pytest_is_not_waited_for_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kills: a test run that hangs and says nothing while another process has the campaign."""
+    monkeypatch.setattr("rvjax.pytest_plugin._MESSAGE_S", 0.0)
+    folder, said = tmp_path / "a-0", list[str]()
+    with _alone(folder, 1.0, said.append):
+        with (
+            pytest.raises(NotShown, match="another pytest has been flying") as caught,
+            _alone(folder, 0.3, said.append),
+        ):
+            raise AssertionError("two at a time")
+        assert caught.value.verdict == "ERROR"
+    assert said == [f"waiting for another pytest, which flies into {folder}, up to 0.005 min"]
+    with _alone(folder, 0.3, said.append):
+        assert len(said) == 1
+
+
+def test_a_campaign_that_takes_too_long_is_an_error(tmp_path: Path) -> None:
+    """Kills: a child that is waited for without an end; an error without the command that resumes the flights."""
+    found = _check(CAMPAIGN, tmp_path / "run", 0.001)
+    assert "not decided within" in found["error"]
+    assert f"-m rvjax check {CAMPAIGN} --out {tmp_path / 'run'}" in found["error"]
+    assert found["commands"] == []
+
+
+@pytest.mark.parametrize("content", [None, b"", b'{"session": "x", "verd', b"[1]", b"\xff\xfe{}"])
+def test_kept_verdicts_that_are_damaged_are_not_used(content: bytes | None, tmp_path: Path) -> None:
+    """Kills: a traceback of a file that a stopped process has left half written."""
+    file = tmp_path / "a-0.json"
+    if content is not None:
+        file.write_bytes(content)
+    assert _kept(file) == {}
 
 
 @pytest.mark.parametrize(

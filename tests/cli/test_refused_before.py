@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rvjax.components import extras
 from rvjax.components.search_methods.grid import _most_levels  # pyright: ignore[reportPrivateUsage]
 from rvjax.components.search_methods.interface import Axis
 from rvjax.errors import CampaignError, IncompleteError, RvjaxError, UsageError
@@ -91,9 +91,12 @@ def test_the_most_levels_of_a_grid(smooth: int, levels: list[int], most: int) ->
 @pytest.mark.parametrize("name", ["tpe", "nsga"])
 def test_a_method_without_its_package(name: str, tmp_path: Path, rvjax: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """Kills: a package that is missed once the folder is made; a traceback."""
-    monkeypatch.setitem(sys.modules, "optuna", None)
+    monkeypatch.setattr(extras, "find_spec", lambda package: None)
     said = refused_alike(rvjax, "tune", write(tmp_path, (METHOD, f"{{use: {name}}}")), tmp_path / "out")
-    assert f":22:17: tune.method.use: the method {name} needs the package optuna; accepted: pip install 'rvjax[tune]'" in said
+    assert (
+        f":22:17: tune.method.use: the method {name} needs optuna>=5.0 (not installed); accepted: pip install 'rvjax[tune]'"
+        in said
+    )
 
 
 @pytest.mark.parametrize(

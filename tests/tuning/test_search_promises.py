@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rvjax.components import manual
+from rvjax.components import extras, manual
 from rvjax.components.registry import component, members
 from rvjax.components.search_methods.interface import Axis, Spent, Task, Values, snapped
 from tests.program import Run
@@ -172,9 +172,9 @@ def test_optuna_may_be_missing(name: str, monkeypatch: pytest.MonkeyPatch) -> No
     """Kills: an import where the search is loaded, a package that nobody misses."""
     method = component("searches", name)
     assert not list(method.problems(method.parameters(), cube(2, 0).axes, 20))
-    monkeypatch.setitem(sys.modules, "optuna", None)
+    monkeypatch.setattr(extras, "find_spec", lambda package: None)
     (problem,) = method.problems(method.parameters(), cube(2, 0).axes, 20)
-    assert problem.message == f"the method {name} needs the package optuna"
+    assert problem.message == f"the method {name} needs optuna>=5.0 (not installed)"
     assert problem.accepted == "accepted: pip install 'rvjax[tune]'"
 
 

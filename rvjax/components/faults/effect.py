@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rvjax.campaign import Spec
+from rvjax.campaign.plain_values import exact
 from rvjax.campaign.problems import Problem
 from rvjax.campaign.schedule import Schedule
 from rvjax.components.effect import Neutral, has, seen
@@ -36,12 +37,12 @@ def _silent(parameters: FaultParameters, channel: str, neutral: Neutral, spec: S
     place = parameters.onset_s.components.index(channel)
     for fields in neutral:
         if all(has(getattr(parameters, name), value, place) for name, value in fields.items()):
-            words = " and ".join(f"{name} is {value:g}" for name, value in fields.items())
+            words = " and ".join(f"{name} is {exact(value)}" for name, value in fields.items())
             return Problem(f"{words} in every sample", "accepted: another value", tuple(fields)[:1])
     low, high = parameters.onset_s.supports[place]
     if low >= spec.horizon.duration_s:
-        message = f"the earliest onset of {low:g} s is not before the end of the flight"
-        return Problem(message, f"accepted: an onset below {spec.horizon.duration_s:g} s", ("onset_s",))
+        message = f"the earliest onset of {exact(low)} s is not before the end of the flight"
+        return Problem(message, f"accepted: an onset below {exact(spec.horizon.duration_s)} s", ("onset_s",))
     lasts = float("inf") if parameters.duration_s is None else parameters.duration_s.supports[place][1]
     length, period = lasts, None
     if parameters.period_s is not None and parameters.duty is not None:
@@ -54,13 +55,13 @@ def _silent(parameters: FaultParameters, channel: str, neutral: Neutral, spec: S
     half = 0.5 * spec.horizon.step_s
     message = f"from {low:.15g} s the fault acts for {length:g} s at a time, between two instants of the integration"
     key = "duration_s" if period is None else "duty"
-    return Problem(message, f"accepted: {half:g} s (half a step) or longer, or a shorter step_s", (key,))
+    return Problem(message, f"accepted: {exact(half)} s (half a step) or longer, or a shorter step_s", (key,))
 
 
 def _never_picks(schedule: Schedule) -> Problem | None:
     """A schedule in which no channel ever fails. The count is rounded to a whole number."""
     if schedule.count is not None and (most := schedule.count.supports[0][1]) <= 0.5:
-        return Problem(f"a count of at most {most:g} picks no channel", "accepted: above 0.5", ("schedule", "count"))
+        return Problem(f"a count of at most {exact(most)} picks no channel", "accepted: above 0.5", ("schedule", "count"))
     if schedule.probability is not None and schedule.probability.supports[0][1] <= 0.0:
         return Problem("a probability of 0 picks no channel", "accepted: above 0", ("schedule", "probability"))
     return None
@@ -77,4 +78,6 @@ def _idle_groups(parameters: FaultParameters, schedule: Schedule) -> Iterator[Pr
         elif schedule.count is None and schedule.probability is None:
             times = {time for channel in able for time in supports[channel]}
             if len(times) == 1:
-                yield Problem(f"all channels of this group fail at {times.pop():g} s anyway", "accepted: other onsets", place)
+                yield Problem(
+                    f"all channels of this group fail at {exact(times.pop())} s anyway", "accepted: other onsets", place
+                )

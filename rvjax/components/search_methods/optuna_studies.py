@@ -9,12 +9,12 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rvjax.campaign.problems import Problem
+from rvjax.components.extras import lacking
 from rvjax.components.search_methods.interface import Axis, Values
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 
 def problems(method: str) -> Iterator[Problem]:
-    """That the package Optuna is not installed."""
-    if find_spec("optuna") is None:
-        yield Problem(f"the method {method} needs the package optuna", "accepted: pip install 'rvjax[tune]'", ("use",))
+    """That the package Optuna is not installed, or too old."""
+    if lack := lacking("optuna"):
+        yield Problem(f"the method {method} needs {lack}", "accepted: pip install 'rvjax[tune]'", ("use",))
 
 
 @contextmanager

@@ -21,16 +21,17 @@ from pathlib import Path
 from queue import Empty, Queue
 from typing import Any, cast
 
+from rvjax.components.extras import lacking
 from rvjax.cores import cores
 from rvjax.errors import IncompleteError, UsageError
 
-try:
-    from dask import config
-    from dask.utils import parse_timedelta
-    from distributed import Client, Future, KilledWorker, LocalCluster
-    from distributed.comm.addressing import parse_host_port
-except ImportError as error:
-    raise UsageError("--dask needs the packages dask and distributed; install them with pip install 'rvjax[dask]'") from error
+if lack := lacking("dask", "distributed"):
+    raise UsageError(f"--dask needs {lack}; accepted: pip install 'rvjax[dask]'")
+
+from dask import config
+from dask.utils import parse_timedelta
+from distributed import Client, Future, KilledWorker, LocalCluster
+from distributed.comm.addressing import parse_host_port
 
 from rvjax.execution.chunks import ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
@@ -123,8 +124,11 @@ class Workers:
         self._client, self._name, self._folder, self._say = client, name, folder, say
         self._threads, self._counted = 0, -LOOK_S
 
-    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
-        """As `Executor.fly`, in order of completion. UsageError where a worker would fly other bits than the client."""
+    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None], look: Callable[[], None] = lambda: None) -> None:
+        """As `Executor.fly`, in order of completion, but `look` is not called: workers do not report flights under way.
+
+        UsageError where a worker would fly other bits than the client.
+        """
         self._compare()
         todo, lost = iter(chunks), dict[int, str]()
         while len(lost) < MOST_LOST:
