@@ -59,7 +59,7 @@ class DeclaredSeries:
         if not isinstance(raw, CsvFile):
             refuse(unexpected(raw, "accepted: the name of a CSV file"))
         if not raw.readable:
-            refuse()  # there is a finding about it already
+            refuse()
         known = (*self.columns, *self.optional)
         names = {_with_suffix(name, known): name for name in raw.names}
         missing = [name for name in self.columns if name not in names]

@@ -37,12 +37,14 @@ class NominalBody(NamedTuple):
 
     @classmethod
     def of_campaign(cls, spec: Spec | None, source: Source) -> NominalBody:
-        """The nominal body of a campaign, even if other parts of it are wrong; REFERENCE if its pursuer is wrong."""
+        """The nominal body of a campaign, even if other parts of it are wrong; REFERENCE if its pursuer is wrong, such as by a
+        mass from a CSV file that cannot be read."""
         if spec is not None:
             return cls.of(spec.pursuer)
         raw = (source.value or {}).get("pursuer")
         pursuer, _ = validate(Pursuer, raw, ("pursuer",), source) if is_mapping(raw) else (None, [])
-        return cls(**REFERENCE) if pursuer is None else cls.of(pursuer)
+        body = cls(**REFERENCE) if pursuer is None else cls.of(pursuer)
+        return body if body.mass > 0.0 and body.inertia > 0.0 else cls(**REFERENCE)
 
     def scale(self, follows: Follows) -> float:
         """m₀ or J₀ as a multiple of REFERENCE."""

@@ -40,8 +40,13 @@ def unexpected(value: object, accepted: str, place: Place = (), at_key: bool = F
     return Problem(f"found {describe(value)}", accepted, place, at_key)
 
 
+_REPORTED = Problem("", "")
+"""A problem that something else has reported. Without any problem pydantic would go on with a model that lacks the field."""
+
+
 def refuse(*problems: Problem) -> NoReturn:
-    """Raise all problems together as a pydantic error, which keeps their places when it passes through outer models."""
+    """Raise all problems together as a pydantic error, which keeps their places when it passes through outer models. Without a
+    problem: the value is refused, and there is a finding about it already."""
     raise ValidationError.from_exception_data(
         _KIND,
         [
@@ -50,14 +55,15 @@ def refuse(*problems: Problem) -> NoReturn:
                 loc=p.place,
                 input=None,
             )
-            for p in problems
+            for p in problems or (_REPORTED,)
         ],
     )
 
 
 def problems(error: ValidationError) -> list[Problem]:
     """Every problem in a pydantic error; pydantic's texts become messages of the house form."""
-    return [_problem(details) for details in error.errors(include_url=False)]
+    found = (_problem(details) for details in error.errors(include_url=False))
+    return [problem for problem in found if problem.message]
 
 
 def _problem(details: Any) -> Problem:

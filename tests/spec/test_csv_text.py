@@ -9,6 +9,9 @@ import pytest
 from rvjax.campaign import load, parse
 from rvjax.campaign.csv_text import RefusedFile, decoded, parsed
 from rvjax.campaign.distributions import Empirical
+from rvjax.errors import CampaignError
+from rvjax.simulation.problem import load as load_problem
+from tests.short import CAMPAIGN
 from tests.spec.test_csv import TABLE, place, wind, with_mass
 
 PLAIN = "t_s,fx,fy\n0,1.5,-2\n1,0.25,1e-3\n"
@@ -115,3 +118,28 @@ def test_bytes_that_are_no_text_have_a_line() -> None:
     """Kills: a position in bytes only."""
     with pytest.raises(RefusedFile, match=r"a\.csv line 2: byte 0xe9 is not UTF-8"):
         decoded("a.csv", b"x\n\xe9\n")
+
+
+@pytest.mark.parametrize("csv", ["3", "none.csv", "bytes.csv", "../above.csv"])
+@pytest.mark.parametrize(
+    ("place", "key"),
+    [
+        ("disturbances", "[{{use: table, csv: {}}}]"),
+        ("disturbances.0.csv", "{}"),
+        ("pursuer.mass_kg", "{{table: {{csv: {}, column: mass_kg}}}}"),
+        ("sampler", "{{use: points, csv: {}}}"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_the_only_finding(csv: str, place: str, key: str, tmp_path: Path) -> None:
+    """For each key that names a file. Kills: a traceback from a table that is not there; findings on gains that follow a mass
+    which is not known."""
+    campaign = tmp_path / "campaign.yaml"
+    campaign.write_text(CAMPAIGN.read_text())
+    (tmp_path / "bytes.csv").write_bytes(b"t_s,fx_N\n0,\xff\n1,2\n")
+    (tmp_path / "wrench.csv").write_text("t_s,fx_N\n0,1\n9,2\n")
+    sets = ["disturbances=[{use: table, csv: wrench.csv}]", "controller={use: saturated-adaptive}", "require=[]"]
+    with pytest.raises(CampaignError) as caught:
+        load_problem(campaign, [*sets, f"{place}={key.format(csv)}"])
+    (finding,) = caught.value.findings
+    assert finding.path.startswith(place)
+    assert finding.path.endswith("csv")
