@@ -1,11 +1,17 @@
-"""Mistakes that the tests must notice, one in each row: signs, frames, missing terms, swapped sides.
+"""Mistakes that the tests must notice, one in each row: signs, frames, missing terms, swapped sides;
+wrong words, files and exit codes.
 
 `old` stands exactly once in `file` and is replaced by `new`; `killer` is a test that fails then.
 """
 
 from __future__ import annotations
 
-from tests.mutants import data_table, flight_table, members_table
+from tests.mutants import data_table, flight_table, members_table, product_table
 from tests.mutants.mutant import Mutant
 
-MUTANTS: tuple[Mutant, ...] = (*flight_table.MUTANTS, *members_table.MUTANTS, *data_table.MUTANTS)
+MUTANTS: tuple[Mutant, ...] = (
+    *flight_table.MUTANTS,
+    *members_table.MUTANTS,
+    *data_table.MUTANTS,
+    *product_table.MUTANTS,
+)
