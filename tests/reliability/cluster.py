@@ -14,15 +14,17 @@ from pathlib import Path
 
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
+from tests.reliability.plain import PLAIN
 from tests.short import CAMPAIGN, SHORT
 
 CHUNKS = 9
 SAMPLES = (CHUNKS - 1) * LANES + 100
-OVERRIDES = [*SHORT, f"samples={SAMPLES}", "controller={use: pd-plus}", "keep={worst: 2}", "horizon.step_s=0.02"]
+STEP = "horizon.step_s=0.04"
+OVERRIDES = [*SHORT, f"samples={SAMPLES}", *PLAIN, "keep={worst: 0}", STEP]
 SETS = [part for one in OVERRIDES for part in ("--set", one)]
 
 PROGRAM = [sys.executable, "-m", "tests.reliability.bare"]
-"""The program; its reports have no sections."""
+"""The program; it audits nothing, and its reports have no sections."""
 
 QUICK = {
     "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
@@ -33,7 +35,7 @@ QUICK = {
 
 
 def program(*arguments: object, **more: str) -> subprocess.Popen[str]:
-    """The program in a process of its own, its reports without sections."""
+    """The program in a process of its own, without audit and sections."""
     return process([*PROGRAM, *map(str, arguments)], more)
 
 
@@ -46,7 +48,7 @@ def process(command: list[str], more: Mapping[str, str]) -> subprocess.Popen[str
     """A process in a group of its own, which takes an interrupt as one in a terminal does."""
     environment = {**os.environ, "COLUMNS": "200", "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", **QUICK, **more}
     restored, pipe = ["env", "--default-signal=INT", *command], subprocess.PIPE
-    return subprocess.Popen(restored, env=environment, start_new_session=True, stdout=pipe, stderr=pipe, text=True)
+    return subprocess.Popen(restored, env=environment, start_new_session=True, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
 
 
 def ended(running: subprocess.Popen[str], within: float = 120) -> tuple[int, str, str]:
@@ -75,12 +77,11 @@ def free_port() -> int:
 
 
 @contextmanager
-def scheduler() -> Generator[tuple[str, subprocess.Popen[str]], None, None]:
-    """A scheduler: its address and its process."""
+def scheduler(**more: str) -> Generator[tuple[str, subprocess.Popen[str]], None, None]:
+    """A scheduler: its address and its process. more: environment."""
     port = free_port()
-    running = process(
-        [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"], {}
-    )
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port)]
+    running = process([*command, "--no-dashboard"], more)
     try:
         for _ in range(200):
             with socket.socket() as one:

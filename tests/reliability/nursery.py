@@ -60,8 +60,10 @@ def watch(note: Callable[[str], None]) -> None:
     from rvjax.execution import chunks, run
     from rvjax.report import sections
     from rvjax.run_folder import RunFolder
+    from tests.reliability.plain import proved
 
     sections.SECTIONS = sections.SECTIONS[:SECTIONS]
+    run.prove = proved
 
     def told(name: Callable[..., str], call: Callable[..., Any]) -> Callable[..., Any]:
         def step(*given: Any, **more: Any) -> Any:

@@ -16,13 +16,13 @@ import pytest
 
 from rvjax.execution import chunks, identity, replay
 from rvjax.execution import run as running
-from rvjax.execution.audit import Audit
 from rvjax.execution.chunks import ChunkResult, ChunkRunner
 from rvjax.run_folder import RunFolder
 from rvjax.simulation import batch
 from tests.disk import Disk, Killed
 from tests.program import Run
 from tests.reliability.nursery import Nursery
+from tests.reliability.plain import PLAIN, proved
 from tests.short import CAMPAIGN, SHORT
 
 EVERY = {False: 37, True: 1}
@@ -34,7 +34,7 @@ WAYS = {errno.EIO: 4, errno.ENOSPC: 4, errno.EROFS: 5, None: None}
 LANES = 16
 """Of the chunks here, which are flown once."""
 
-SETS = [part for one in (*SHORT, "controller={use: pd-plus}", "keep={worst: 2}") for part in ("--set", one)]
+SETS = [part for one in (*SHORT, *PLAIN, "keep={worst: 2}") for part in ("--set", one)]
 DONE = 3
 """40 samples are too few for a verdict."""
 
@@ -62,7 +62,8 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
         def __init__(self, runner: ChunkRunner) -> None:
             self.runner = runner
 
-        def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None]) -> None:
+        def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None], look: Callable[[], None]) -> None:
+            del look
             for chunk in chunks:
                 if chunk not in results:
                     results[chunk] = self.runner.fly_chunk(chunk)
@@ -81,8 +82,7 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (batch, chunks, identity, replay, running):
         monkeypatch.setattr(module, "LANES", LANES)
     monkeypatch.setattr(running, "trace", once)
-    audit = Audit(1, 1, (), {}, {"pursuer.mass_kg": "motion.nu.x"})
-    monkeypatch.setattr(running, "prove", lambda problem, flyer, baseline: audit)
+    monkeypatch.setattr(running, "prove", proved)
     monkeypatch.setattr(running, "fly", lambda *given: fly(*given[:3], replace(given[3], executor=executor)))
     monkeypatch.setattr("rvjax.report.sections.SECTIONS", ())
 

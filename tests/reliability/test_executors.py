@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -23,7 +25,7 @@ from rvjax.run_folder import RunDescription, RunFolder
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.problem import load
 from tests.program import Run
-from tests.reliability.cluster import CHUNKS, OVERRIDES, SAMPLES, data, dead, ended, run, scheduler, worker
+from tests.reliability.cluster import CHUNKS, OVERRIDES, SAMPLES, data, dead, ended, process, run, scheduler, worker
 from tests.short import CAMPAIGN
 
 
@@ -40,6 +42,14 @@ def inline(runner: ChunkRunner, tmp_path_factory: pytest.TempPathFactory) -> dic
     folder = tmp_path_factory.mktemp("inline") / "run"
     fly(runner, folder, local_threads)
     return data(folder)
+
+
+@pytest.fixture(scope="module")
+def address(request: pytest.FixtureRequest) -> Iterator[str]:
+    """Of a scheduler for several tests. By default it forgives no death of a worker, so that fewer have to die."""
+    forgiven = "1" if request.config.getoption("--long") else "0"
+    with scheduler(DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES=forgiven) as (address, _):
+        yield address
 
 
 def described(runner: ChunkRunner) -> RunDescription:
@@ -166,12 +176,12 @@ DaskWorkerState.fly = fly
 
 
 def test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept(
-    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], full: bool, figure: Callable[[str], None]
+    tmp_path: Path, address: str, runner: ChunkRunner, inline: dict[str, str], full: bool, figure: Callable[[str], None]
 ) -> None:
     """Through the program. Kills: a campaign that hangs, chunks that flew beside it being blamed, a traceback."""
     (tmp_path / "poison.py").write_text(POISON.format(what="os._exit(9)"))
     more = ("--nworkers", "2" if full else "1", "--preload", str(tmp_path / "poison.py"))
-    with scheduler() as (address, _), worker(address, *more):
+    with worker(address, *more):
         code, _, err = ended(run(tmp_path / "run", "--dask", address))
     assert code == 4, err
     assert f"chunk 4 (samples {4 * LANES} to {5 * LANES - 1}) could not be flown: every worker that flew it died" in err
@@ -185,14 +195,14 @@ def test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept(
 
 
 def test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept(
-    tmp_path: Path, runner: ChunkRunner, figure: Callable[[str], None]
+    tmp_path: Path, address: str, runner: ChunkRunner, figure: Callable[[str], None]
 ) -> None:
     """By a worker that does not see the run folder, so that the rest is sent. Kills: an error that does not survive its way to
     the client; results that only a shared file system brings."""
     (tmp_path / "poison.py").write_text(POISON.format(what="raise ValueError('no such orbit')") + AFAR)
     said = rf"^chunk 4 \(samples {4 * LANES} to {5 * LANES - 1}\) could not be flown: 3 times ValueError: no such orbit$"
     more = ("--no-nanny", "--preload", str(tmp_path / "poison.py"))
-    with scheduler() as (address, _), worker(address, *more), pytest.raises(IncompleteError, match=said):
+    with worker(address, *more), pytest.raises(IncompleteError, match=said):
         fly(runner, tmp_path / "run", workers(address, lambda text: None))
     folder = RunFolder.open(tmp_path / "run")
     assert folder.missing(CHUNKS) == [4]
@@ -200,11 +210,11 @@ def test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept(
     figure(f"a chunk whose flight raises: named, the other {CHUNKS - 1} kept")
 
 
-def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, runner: ChunkRunner) -> None:
+def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, address: str, runner: ChunkRunner) -> None:
     """Kills: mixing compilers' settings in one table; a refusal that does not say what differs."""
     other = {"XLA_FLAGS": "--xla_cpu_prefer_vector_width=256"}
     said = r"these Dask workers would fly other bits(.|\n)*xla_flags: the client has .*, the worker has .*=256"
-    with scheduler() as (address, _), worker(address, "--no-nanny", **other), pytest.raises(UsageError, match=said):
+    with worker(address, "--no-nanny", **other), pytest.raises(UsageError, match=said):
         fly(runner, tmp_path / "run", workers(address, lambda text: None))
     assert RunFolder.open(tmp_path / "run").chunks == ()
 
@@ -240,11 +250,12 @@ def test_a_stopped_campaign_goes_on_without_dask(
     """The scheduler is killed, or Ctrl-C comes. Kills: hanging, a command to go on that lacks --dask, a traceback."""
     if who == "client" and not full:
         pytest.skip("Ctrl-C is tried with local workers: --long")
-    with scheduler() as (address, process), worker(address, "--no-nanny"):
+    (tmp_path / "poison.py").write_text(POISON.format(what="import time; time.sleep(60)"))  # it cannot end before
+    with scheduler() as (address, its_process), worker(address, "--no-nanny", "--preload", str(tmp_path / "poison.py")):
         running = run(tmp_path / "run", "--dask", address)
         first_chunk(tmp_path / "run", running)
         if who == "scheduler":
-            dead(process)
+            dead(its_process)
         else:
             running.send_signal(signal.SIGINT)
         code, _, err = ended(running)
@@ -259,7 +270,8 @@ def test_a_stopped_campaign_goes_on_without_dask(
 def test_ctrl_c_in_the_terminal_of_local_workers(tmp_path: Path, full: bool) -> None:
     """It reaches the workers as well. Kills: their tracebacks on the terminal, workers that are gone before the client stops."""
     place = "local:2" if full else "local:1"
-    running = run(tmp_path / "run", "--dask", place)
+    slowly = ("--set", "horizon.step_s=0.01")
+    running = run(tmp_path / "run", "--dask", place, *slowly)
     first_chunk(tmp_path / "run", running)
     os.killpg(running.pid, signal.SIGINT)
     code, _, err = ended(running)
@@ -271,8 +283,9 @@ def test_ctrl_c_in_the_terminal_of_local_workers(tmp_path: Path, full: bool) -> 
 
 def test_without_the_extra_the_program_says_what_to_install(tmp_path: Path) -> None:
     """In a process that cannot import Dask. Kills: a traceback, as from a module that is imported before it is missed."""
-    (tmp_path / "distributed.py").write_text("raise ModuleNotFoundError('No module named distributed')")
-    code, _, err = ended(run(tmp_path / "run", "--dask", "local:2", PYTHONPATH=str(tmp_path)))
+    words = ["run", str(CAMPAIGN), "--out", str(tmp_path / "run"), "--dask", "local:2"]
+    running = process([sys.executable, "-m", "tests.extras.core_only", "dask", "distributed"], {})
+    ((code, _, err),) = json.loads(running.communicate(json.dumps([words]), timeout=120)[0])
     assert code == 2, err
     assert "pip install 'rvjax[dask]'" in err
     assert "Traceback" not in err
@@ -284,7 +297,7 @@ def test_a_place_that_is_none_is_exit_2(tmp_path: Path, rvjax: Run, place: str) 
     """Kills: a traceback from Dask, waiting for ever for a scheduler that is not there."""
     import dask
 
-    with dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
+    with dask.config.set({"distributed.comm.timeouts.connect": "0.2s"}):
         code, _, err = rvjax("run", CAMPAIGN, "--out", tmp_path / "run", "--dask", place)
     assert code == 2, err
     assert "accepted: " in err

@@ -19,16 +19,15 @@ from rvjax.run_folder.manifest import Key
 from rvjax.run_folder.store import PARTS
 from rvjax.simulation.batch import LANES
 from tests.reliability.nursery import Nursery
+from tests.reliability.plain import PLAIN
 from tests.short import CAMPAIGN
 
 CHUNKS = 10
 SETS = (
     f"samples={CHUNKS * LANES - 60}",
-    "controller={use: pd-plus}",
+    *PLAIN,
     "horizon={duration_s: 5, step_s: 0.1}",
     "capture={position_m: 100, attitude_mrp: 1, window_s: 1}",
-    "faults.effectiveness.onset_s={uniform: [1, 4]}",
-    "faults.bias.onset_s={uniform: [1, 4]}",
 )
 """10 chunks that take a second to fly, of which the last one is cut."""
 
