@@ -32,8 +32,9 @@ def test_places_of_set_are_those_of_the_campaign(tmp_path: Path) -> None:
     for file in (CAMPAIGN, *sorted((CAMPAIGN.parent / "ci").glob("*.yaml"))):
         places = [*_completion._paths(_completion._value(file))]
         assert len(places) >= 20
+        value = read(file).value
         for place in places:
-            assert value_at(read(file).value, place)[0], place
+            assert value_at(value, place)[0], place
     assert {"pursuer.mass_kg", "controller.use", "faults.bias.onset_s"} <= {*_completion._paths(_completion._value(CAMPAIGN))}
     (tmp_path / "bad.yaml").write_text("a: [1, {")
     assert [*_completion._paths(_completion._value(tmp_path / "bad.yaml"))] == []

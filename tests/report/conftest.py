@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from rvjax.analysis.run_totals import worst_first
-from rvjax.report import build
+from rvjax.report import build, figures
 from rvjax.run_folder import Column, RunDescription, RunFolder
 from tests.once import made_once
 
@@ -44,6 +45,36 @@ _ERRORS = {
     "velocity_error_m_s": ("m/s", 3e-5, 0.5),
     "rate_error_deg_s": ("deg/s", 1e-3, 0.4),
 }
+
+
+@contextmanager
+def _svg_only() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(figures.FigureCanvasAgg, "print_png", lambda *given, **more: None)
+        yield
+
+
+@contextmanager
+def _undrawn() -> Iterator[None]:
+    empty = figures.Picture("<svg></svg>", "<svg></svg>", b"")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setattr(figures, "draw", lambda drawing: empty)
+        yield
+
+
+Within = Callable[[], AbstractContextManager[None]]
+
+
+@pytest.fixture(scope="session")
+def svg_only() -> Within:
+    """`with svg_only():` figures as SVG alone, in half of the time: no PNG, and no layout, which comes with the PNG."""
+    return _svg_only
+
+
+@pytest.fixture(scope="session")
+def undrawn() -> Within:
+    """`with undrawn():` all sections, but their figures are not drawn, for tests of texts and numbers."""
+    return _undrawn
 
 
 @pytest.fixture(scope="session")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
@@ -18,12 +19,15 @@ from tests.program import Run as Program
 PLAN = "[]\nsampler: {use: latin-hypercube}"
 
 
-def test_a_plan_is_reported_and_not_judged(made: Callable[..., Path], rvjax: Program, tmp_path: Path) -> None:
+def test_a_plan_is_reported_and_not_judged(
+    made: Callable[..., Path], rvjax: Program, tmp_path: Path, undrawn: Callable[[], AbstractContextManager[None]]
+) -> None:
     """Every table and every caption without interval, confidence or band; numbers of the summary without ends; `check` says why
     there is no verdict. Kills: a section that makes its interval by itself."""
     path = made(tmp_path / "run", 200, (0.8, 0.1, 0.1), require=PLAN)
     assert verdicts.judge_folder(path) == ()
-    page = build(path)
+    with undrawn():
+        page = build(path)
     text = (path / "report.md").read_text()
     assert "Exploration: no verdicts" in text
     assert "Exploration: no verdicts" in page.read_text()

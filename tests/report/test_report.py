@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from rvjax.report import build, sections
 from rvjax.run_folder import Audited, RunFolder
 
 Make = Callable[..., Path]
+Within = Callable[[], AbstractContextManager[None]]
 
 HOSTILE = """</title><script>alert(1)</script><img src=x onerror=alert(1)> "'`|]]> --> ${{7*7}} {% raw %} $\\frac$ 名 🚀"""
 
@@ -106,12 +108,13 @@ def test_page_needs_nothing_beside_itself(report: Path) -> None:
     assert {value[1:] for name, value in page.attributes if name == "href"} <= set(ids)
 
 
-def test_hostile_texts_inject_nothing(made: Make, tmp_path: Path) -> None:
+def test_hostile_texts_inject_nothing(made: Make, tmp_path: Path, svg_only: Within) -> None:
     """Mutation killed: autoescape off, or text of the campaign in a figure as markup."""
     require = f"\n  - {{metric: captured, at_least: 0.9, name: {json.dumps(HOSTILE, ensure_ascii=False)}}}\n"
     description = json.dumps(HOSTILE, ensure_ascii=False)
     folder = made(tmp_path / "<b>&'run'", 40, require=require, description=description)
-    page = Page(build(folder).read_text())
+    with svg_only():
+        page = Page(build(folder).read_text())
     assert not page.elements.keys() & {"script", "img", "b", "raw"}
     assert page.elements["title"] == page.elements["html"] == page.elements["h1"] == 1
     assert not {name for name, _ in page.attributes if name.startswith("on")}
@@ -135,8 +138,9 @@ def test_extreme_runs_have_a_report(made: Make, tmp_path: Path, samples: int, sh
     assert "nan" not in re.findall(r"\w+", text.lower())
 
 
-def test_all_captured_without_requirement_or_histories(made: Make, tmp_path: Path) -> None:
-    text = Page(build(made(tmp_path / "run", 40, (1, 0, 0), require="", kept=0)).read_text()).text
+def test_all_captured_without_requirement_or_histories(made: Make, tmp_path: Path, undrawn: Within) -> None:
+    with undrawn():
+        text = Page(build(made(tmp_path / "run", 40, (1, 0, 0), require="", kept=0)).read_text()).text
     assert "states no requirement" in text
     assert "kept no time histories" in text
 

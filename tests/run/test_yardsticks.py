@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -13,6 +16,7 @@ from rvjax.errors import IncompleteError, UsageError
 from rvjax.execution.bench import measurement, own_flight
 from rvjax.execution.bench.workload import Case, UnavailableError, Values, case, clone_folder, read, save, yardsticks
 from rvjax.simulation.batch import LANES
+from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN
 
 FAST_MATH = ("simd_c",)
@@ -22,22 +26,35 @@ CONTROLLERS = {"plain_vmap": PD_PLUS, "diffrax": PD_PLUS}
 """Of the yardsticks that call the functions of the product, the controller that compiles soonest. All others translate these
 functions, and fly the controller with most of them."""
 
+HURRIED = """
+import runpy, sys, time
+clock = time.perf_counter
+time.perf_counter = lambda: 20 * clock()
+sys.argv = sys.argv[1:]
+runpy.run_module(sys.argv[0], run_name="__main__")
+"""
+"""Runs a module with a clock that goes 20 times as fast."""
+
 
 @pytest.fixture(scope="module")
 def smooth(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Case:
-    """Two and a half seconds without the Levant differentiator, whose sign switches no two compilers repeat; faults at once."""
+    """Without the Levant differentiator, whose sign switches no two compilers repeat; faults at once. Half a second, with
+    `--long` two and a half."""
+    steps = 50 if request.config.getoption("--long") else 10
     place = tmp_path_factory.mktemp("case")
     text = CAMPAIGN.read_text().replace("{use: saturated-adaptive}", request.param)
     file = place / "smooth.yaml"
-    file.write_text(text.replace("onset_s: {uniform: [30, 150]}", "onset_s: {uniform: [0.5, 2]}"))
-    return case(file, LANES, 50, "float64", place / "start.npz")
+    file.write_text(text.replace("onset_s: {uniform: [30, 150]}", "onset_s: {uniform: [0.1, 0.4]}"))
+    return case(file, LANES, steps, "float64", place / "start.npz")
 
 
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The campaign with the controller that compiles soonest."""
+    """The campaign whose programs compile soonest."""
     file = tmp_path_factory.mktemp("quick") / "quick.yaml"
-    file.write_text(CAMPAIGN.read_text().replace("{use: saturated-adaptive}", "{use: pd-plus}"))
+    text = re.sub(r"(disturbances|faults):\n(  .*\n)+", r"\1: []\n", CAMPAIGN.read_text())
+    file.write_text(text.replace("{use: saturated-adaptive}", "{use: pd-plus}"))
+    assert (load(file).loop.faults, load(file).loop.disturbances) == ((), ())
     return file
 
 
@@ -110,8 +127,15 @@ def test_a_process_stands_ready_flies_and_hands_over(quick: Path, tmp_path: Path
     assert "KeyError" in capfd.readouterr().err
 
 
-def test_growth_flies_what_it_says(quick: Path) -> None:
-    """Two chunks for 500 samples, again and again; kills a stream that drops chunks or counts pads twice."""
+def test_growth_flies_what_it_says(quick: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two chunks for 500 samples, again and again; kills a stream that drops chunks or counts pads twice. The process has a
+    clock that goes faster, so that it does not fly for seconds."""
+
+    def hurried(command: list[str], **more: Any) -> subprocess.CompletedProcess[str]:
+        return run([command[0], "-c", HURRIED, *command[2:]], **more)
+
+    run = subprocess.run
+    monkeypatch.setattr(measurement.subprocess, "run", hurried)
     found = measurement.growth_of(quick, 500)
     assert found["samples"] == 500
     assert found["steps_per_s"] > 0.0

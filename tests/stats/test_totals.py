@@ -84,17 +84,17 @@ def filled(name: str, frame: pd.DataFrame = TABLE) -> np.ndarray:
 
 def ranked(frame: pd.DataFrame = TABLE) -> list[int]:
     """Samples from the worst to the best, by a plain sort of all of them."""
-    window, settling = filled("window_position_error_m", frame), filled("settling_time_s", frame)
+    window, settling = (filled(name, frame).tolist() for name in ("window_position_error_m", "settling_time_s"))
+    outcomes, times, samples = (frame[name].tolist() for name in ("outcome", "outcome_time_s", "sample"))
 
     def key(place: int) -> tuple[float, ...]:
-        outcome, sample = frame["outcome"].iloc[place], frame["sample"].iloc[place]
-        if outcome == "not_finite":
-            return 0, frame["outcome_time_s"].iloc[place], -settling[place], sample
-        if outcome == "not_settled":
-            return 1, -window[place], -settling[place], sample
-        return 2, -settling[place], sample
+        if outcomes[place] == "not_finite":
+            return 0, times[place], -settling[place], samples[place]
+        if outcomes[place] == "not_settled":
+            return 1, -window[place], -settling[place], samples[place]
+        return 2, -settling[place], samples[place]
 
-    return [int(frame["sample"].iloc[place]) for place in sorted(range(len(frame)), key=key)]
+    return [samples[place] for place in sorted(range(len(frame)), key=key)]
 
 
 SAID = ("n", "counts", "columns", "metrics", "reach", "lost", "failed", "samples", "worst", "head")
