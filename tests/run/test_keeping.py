@@ -14,8 +14,8 @@ from rvjax.run_folder import RunFolder
 from tests.progress import append_flown
 from tests.short import CAMPAIGN, QUICK, SHORT
 
-SAMPLES = 110
-GROUP = 40
+SAMPLES = 60
+GROUP = 20
 """Flights that are traced together here, so that few samples are several groups."""
 
 SOME = [
@@ -54,7 +54,7 @@ def test_each_way_to_keep_and_from_one_to_another(tmp_path: Path, monkeypatch: p
     assert SAMPLES - len(before) > GROUP, "several groups"
     assert {name: (folder / "traces" / name).read_bytes() for name in before} == before
     opened = RunFolder.open(folder)
-    for sample in (77, SAMPLES - 1):
+    for sample in (37, SAMPLES - 1):
         again, _, row = replay(folder, sample)
         pd.testing.assert_frame_equal(opened.trace(sample), again, check_exact=True)
         last = opened.trace(sample).iloc[-1]

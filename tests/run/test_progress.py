@@ -118,12 +118,12 @@ def test_the_lines_of_a_log() -> None:
     ]
 
 
-def test_a_long_run_has_a_short_log() -> None:
-    """A week of looks, one a second. Kills: a line every few seconds, 120,000 of them."""
+def test_a_long_run_has_a_short_log(full: bool) -> None:
+    """A week of looks, one a second, without `--long` every 5 s. Kills: a line every few seconds, 120,000 of them."""
     lines: list[str] = []
     show = ProgressLines(lines.append)
     week = 7 * 86400
-    for second in range(week):
+    for second in range(0, week, 1 if full else 5):
         show(flights(second, second / week, float(second), total=week))
     assert 100 < len(lines) < 500
 
@@ -146,7 +146,7 @@ def test_python_shows_it_in_a_terminal(
     """Kills: a silent `fly_campaign`; control characters in a log; progress=False without an effect."""
     monkeypatch.setattr(sys, "stderr", stream := Stream(terminal=terminal))
     monkeypatch.setenv("TERM", "xterm")
-    run(CAMPAIGN, tmp_path / "run", ONE_CHUNK, progress=progress)
+    run(CAMPAIGN, tmp_path / "run", (*ONE_CHUNK, "horizon.step_s=0.2"), progress=progress)
     text = stream.getvalue()
     assert bool(text) is shown
     for phase in ("audit: ", "flights: 4 samples in ", "traces: 2 samples in ", "report: "):
