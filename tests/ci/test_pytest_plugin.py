@@ -130,7 +130,15 @@ def test_no_two_campaigns_have_the_same_folder(tmp_path: Path) -> None:
 
 TITLES = [
     *("captured: at least 0.9", "[1] captured", "slow [x] more", "a::b", "a:::", "::", "", "[", "]", "x@y]", "two\nlines"),
-    *("captured: at least 0.9", "a:b", "tab\tand\x1b", "captured: at least 0.9 (2)", "captured: at least 0.9", "p[a::b]"),
+    *(
+        "captured: at least 0.9",
+        "a:b",
+        "a:::b",
+        "tab\tand\x1b",
+        "captured: at least 0.9 (2)",
+        "captured: at least 0.9",
+        "p[a::b]",
+    ),
 ]
 
 

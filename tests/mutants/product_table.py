@@ -31,6 +31,7 @@ MUTANTS = (
         "cli/test_streams.py::test_json_is_the_same_in_every_encoding",
     ),
     Mutant("a mark at each digit of an exponent", STREAMS, 'mark = "" if form == before else "^"', 'mark = "^"', SPELLINGS),
+    Mutant("a letter of a name taken for a symbol", STREAMS, "ord(character) > _LATIN_1 and plain[1:]", "plain[1:]", SPELLINGS),
     Mutant(
         "a full disk taken for a closed pipe",
         STREAMS,
@@ -75,10 +76,25 @@ MUTANTS = (
         "cli/test_proposals.py::test_the_shortest_number",
     ),
     Mutant(
+        "all digits where fewer are accepted",
+        PLAIN,
+        "for digits in range(1, 17):",
+        "for digits in range(12, 17):",
+        "cli/test_proposals.py::test_the_shortest_number",
+    ),
+    Mutant(
         "a limit that is rounded up",
         PLAUSIBLE,
         "return _to_three_digits(value, ROUND_FLOOR)",
         "return _to_three_digits(value, ROUND_CEILING)",
+        RIGHT,
+    ),
+    Mutant("0.599 for a limit of 0.6", PLAUSIBLE, "number = Decimal(repr(value))", "number = Decimal(value)", RIGHT),
+    Mutant(
+        "the upper end of products that are too low",
+        PLAUSIBLE,
+        "_at_least(max(most, most if low else -least))",
+        "_at_least(most)",
         RIGHT,
     ),
     # numbers in the report
@@ -87,6 +103,13 @@ MUTANTS = (
         NUMBERS,
         "_digits(low, decimals, ROUND_FLOOR,",
         "_digits(low, decimals, ROUND_HALF_EVEN,",
+        AS_WRITTEN,
+    ),
+    Mutant(
+        "ends that seem to share the power of ten of their value",
+        NUMBERS,
+        'if "×" in text and not symbol.startswith("×"):',
+        "if False:",
         AS_WRITTEN,
     ),
     Mutant(
@@ -154,6 +177,13 @@ MUTANTS = (
         MISTAKE,
     ),
     Mutant(
+        "a refusal that hides the order of the products",
+        INERTIA,
+        'order = "" if products is None else f"; {ORDER}"',
+        'order = ""',
+        MISTAKE,
+    ),
+    Mutant(
         "a corrected bootstrap that is only claimed",
         MEANS,
         'f"{kind} {method.format(resamples)}"',
@@ -176,6 +206,7 @@ MUTANTS = (
     ),
     # what is read: width zero, CSV, correlation
     Mutant("a mean outside of its ends", ZERO, "if sd == 0.0 and low <= mean <= high else", "if sd == 0.0 else", OTHER),
+    Mutant("a median of 0 without a spread", ZERO, '"log_normal": _median', '"log_normal": _spread', OTHER),
     Mutant(
         "a triangle that refuses its width zero",
         ZERO,
@@ -248,6 +279,13 @@ MUTANTS = (
         REFUSED,
     ),
     Mutant(
+        "a limit of six digits in a refusal",
+        SIZES,
+        "a share above the {exact(limit)} that is required",
+        "a share above the {limit:g} that is required",
+        REFUSED,
+    ),
+    Mutant(
         "columns headed 100 %",
         "cli/plan.py",
         '[f"{chosen(share)} %" for share in sizes.trues]',
@@ -284,6 +322,13 @@ MUTANTS = (
         "cli/test_narrow.py::test_a_summary_is_one_line_of_80_columns",
     ),
     Mutant("a number that is broken", TABLES, "if widths[k] > least[k]]", "if widths[k] > 1]", WIDTHS),
+    Mutant(
+        "a gap too many between columns",
+        TABLES,
+        "_EDGES + _BETWEEN * (len(columns) - 1)",
+        "_EDGES + _BETWEEN * len(columns)",
+        WIDTHS,
+    ),
     Mutant(
         "two entries of a list with the same name",
         COMPLETION,
