@@ -145,10 +145,12 @@ SCALED = (
 
 @pytest.mark.usefixtures("bare")
 @pytest.mark.parametrize("controller", ["saturated-adaptive", "pd-plus"])
-def test_a_scaled_plant_makes_the_same_motion(controller: str, tmp_path: Path) -> None:
+def test_a_scaled_plant_makes_the_same_motion(controller: str, tmp_path: Path, full: bool) -> None:
     """Newton and Euler are linear in mass and inertia: c times the body, the actuators and the disturbances is the same motion,
     and forces are c times as large. 15,334 kg fly like 100 kg. Kills: a gain, rate or bound in N, N·m, kg or kg·m² that is not
     scaled."""
+    if controller == "pd-plus" and not full:
+        pytest.skip("the law with a gain of every kind by default; the other one with --long")
     sets = [*SHORT, "samples=8", f"controller={{use: {controller}}}", "audit={allow: [pursuer, faults, disturbances, actuators]}"]
     usual, scaled = (
         RunFolder.open(run(CAMPAIGN, tmp_path / name, [*sets, *more])).samples().frame

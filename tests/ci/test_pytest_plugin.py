@@ -19,7 +19,7 @@ from rvjax.campaign.overrides import override
 from rvjax.campaign.source import read
 from rvjax.pytest_plugin import CAMPAIGN as MARK
 from rvjax.pytest_plugin import NotShown, _alone, _check, _kept, folder_name, item_names, joined  # pyright: ignore[reportPrivateUsage]
-from tests.short import CAMPAIGN, SHORT
+from tests.short import CAMPAIGN, QUICK, SHORT
 
 REQUIRE = (
     "require=[{metric: captured, at_least: 0.9}, {metric: captured, at_least: 0.99}, "
@@ -43,7 +43,7 @@ def project(tmp_path: Path) -> Path:
     """A folder with a campaign, and YAML that is none."""
     (tmp_path / "ci").mkdir()
     (tmp_path / "ci" / "other.yaml").write_text("jobs: {}\n")
-    write(tmp_path / "ci" / "short.yaml", "controller={use: pd-plus}")
+    write(tmp_path / "ci" / "short.yaml", QUICK, "faults=[]", "disturbances=[]")
     return tmp_path
 
 

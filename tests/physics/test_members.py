@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import jax
@@ -18,7 +19,7 @@ from tests.members import FAMILIES, built, known, scene
 from tests.parameters import example
 
 EVERY = [(family, use) for family in FAMILIES for use in members(family)]
-H = 0.05
+H, STEPS = 0.05, 2
 
 
 def keep(family: str, functions: Any, k: Any, h: Any, memory: Any, numbers: Any, motion: Any, target: Any, plant: Any) -> Any:
@@ -42,31 +43,45 @@ def start(family: str, functions: Any, numbers: Any, motion: Any) -> Any:
     return jax.tree.map(lambda x: jnp.asarray(x, motion.rho.x.dtype), memory)
 
 
-def whole(family: str, functions: Any, steps: int, h: Any, numbers: Any, motion: Any, target: Any, plant: Any) -> Any:
-    """What one sample gets at the beginning and at two thirds of each step, and the last memory."""
-    memory, given = start(family, functions, numbers, motion), list[Any]()
-    for k in range(steps):
-        memory = keep(family, functions, jnp.int32(k), h, memory, numbers, motion, target, plant)
-        given += [act(family, functions, (k + part) * h, memory, numbers, motion, target, plant) for part in (0.0, 0.65)]
+def whole(family: str, functions: Any, numbers: Any, motion: Any, target: Any, plant: Any) -> Any:
+    """What one sample gets at the beginning and at two thirds of each of two steps, and the last memory."""
+
+    def step(memory: Any, k: Any) -> Any:
+        memory = keep(family, functions, k, H, memory, numbers, motion, target, plant)
+        return memory, [act(family, functions, (k + part) * H, memory, numbers, motion, target, plant) for part in (0.0, 0.65)]
+
+    memory, given = jax.lax.scan(step, start(family, functions, numbers, motion), jnp.arange(STEPS, dtype=jnp.int32))
     return given, memory
 
 
-def flown(family: str, use: str, steps: int = 2) -> Any:
-    """`whole` of every lane, one operation after the other."""
-    functions, numbers = built(family, use, flights.LANES)
-    return jax.vmap(lambda *own: whole(family, functions, steps, H, *own))(numbers, *scene())
+def program(family: str, use: str) -> Any:
+    """`whole` of every lane, as a function of the numbers, traced anew."""
+    functions, _ = built(family, use, flights.LANES)
+    return jax.jit(jax.vmap(lambda *own: whole(family, functions, *own)))
+
+
+@cache
+def flown(family: str, use: str) -> tuple[Any, Any]:
+    """(program, what it gives for every lane), once for all tests."""
+    made = program(family, use)
+    return made, made(built(family, use, flights.LANES)[1], *scene())
 
 
 @pytest.mark.parametrize(("family", "use"), EVERY)
 def test_what_a_member_gives(family: str, use: str) -> None:
     """Finite, of the right kind, the same again. Kills: a global state, a NaN at t = 0, a scalar in the place of a vector."""
-    given, memory = flown(family, use)
+    made, (given, memory) = flown(family, use)
     for one in given:
         assert isinstance(one, Channels if family == "disturbances" else Motion)
-    for x in jax.tree.leaves((given, memory)):
+    for x in jax.tree.leaves(given):
+        assert x.shape == (flights.LANES, STEPS)
+    for x in jax.tree.leaves(memory):
         assert x.shape == (flights.LANES,)
+    for x in jax.tree.leaves((given, memory)):
         assert np.isfinite(x).all()
-    jax.tree.map(np.testing.assert_array_equal, (given, memory), flown(family, use))
+    own = (built(family, use, flights.LANES)[1], *scene())
+    jax.tree.map(np.testing.assert_array_equal, (given, memory), made(*own))
+    assert made.lower(*own).as_text() == program(family, use).lower(*own).as_text(), "traced anew it is the same program"
 
 
 @pytest.mark.parametrize(("family", "use"), EVERY)
@@ -91,15 +106,13 @@ def test_a_memory_is_carried_as_it_was_and_nothing_is_promoted(family: str, use:
 @pytest.mark.parametrize(("family", "use"), EVERY)
 def test_lanes_know_nothing_of_each_other(family: str, use: str) -> None:
     """Sample 3 is the same beside whichever others, bit for bit. Kills: noise by place in the chunk for noise by sample."""
-    functions, numbers = built(family, use, flights.LANES)
+    _, numbers = built(family, use, flights.LANES)
     order = np.array([3, 1, 2, 0])
     _, turned = built(family, use, [int(sample) for sample in order])
     jax.tree.map(lambda x, y: np.testing.assert_array_equal(x[order], y), numbers, turned)
-    both = [
-        jax.vmap(lambda *own: whole(family, functions, 2, H, *own))(own, *flights.lane(scene(), rows))
-        for own, rows in ((numbers, np.arange(4)), (turned, order))
-    ]
-    jax.tree.map(lambda x, y: np.testing.assert_array_equal(x[order], y), *both)
+    made, all_of_them = flown(family, use)
+    others = made(turned, *flights.lane(scene(), order))
+    jax.tree.map(lambda x, y: np.testing.assert_array_equal(x[order], y), all_of_them, others)
 
 
 @pytest.mark.parametrize(("family", "use"), EVERY)

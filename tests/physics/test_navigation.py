@@ -133,7 +133,7 @@ def test_a_delay_is_exact(steps: int) -> None:
 def test_the_bias_of_a_gyro_wanders_by_the_root_of_time() -> None:
     """b − b₀ at t and between two times is normal with variance q² Δt, whatever the axis: χ², false alarm 1e-6; nothing else is
     touched. Kills: q h for q √h, a first step before the flight, b₀ at every step, one axis for all."""
-    samples, steps = 20_000, 81
+    samples, steps = 4_000, 81
     said = {"bias_deg_s": [0.1, -0.2, 0.3], "walk_deg_s": [0.01, 0.02, 0.05]}
     seen = measured("gyro-drift", steps, samples, **said)
     bias = seen["omega"] - truth(steps)["omega"] - np.radians(said["bias_deg_s"])

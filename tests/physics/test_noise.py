@@ -98,7 +98,7 @@ def test_noise_is_the_sample_s_own_wherever_it_flies() -> None:
     np.testing.assert_allclose(drawn(key(np.arange(64)), np.arange(20), 3), found[..., :3], atol=2e-6)
 
 
-SAMPLES, H = 20_000, 0.5
+SAMPLES, H = 4_000, 0.5
 
 
 def coloured(steps: Sequence[int], h: float = H) -> tuple[Array, Array, Array]:
@@ -128,7 +128,7 @@ def coloured(steps: Sequence[int], h: float = H) -> tuple[Array, Array, Array]:
 @pytest.mark.parametrize("h", [0.5, 0.05])
 def test_coloured_noise_has_its_variance_and_correlation(h: float) -> None:
     """At any two steps x, x': Σx²/s² and Σ(x' − ax)²/(s²(1−a²)) are χ² with N degrees of freedom, Σx(x' − ax)/(s √(1−a²) √Σx²) is
-    a standard normal number, a = e^{−|t−t'|/τ}; exact, N = 20,000, false alarm 1e-6.
+    a standard normal number, a = e^{−|t−t'|/τ}; exact, N = 4,000, false alarm 1e-6.
 
     Kills: a start at zero, √(1−a) for √(1−a²), Euler's 1 − h/τ, a time constant that is a rate, one for all channels, the draw of
     another step.

@@ -13,6 +13,8 @@ import pytest
 from tests.mutants.test_mutants import FAILED, copy_to
 
 NAME = "rehearsed"
+BAD = f"{NAME}_badly"
+"""What the sound components are called, and the broken one."""
 
 CONTROLLER = '''"""Rehearsed controller: v = −k ρ, in P, with no torque."""
 
@@ -102,42 +104,41 @@ CONTRACTS = {
 """Family → the tests of every member."""
 
 
-def add(folder: Path, family: str, source: str) -> None:
+def add(folder: Path, family: str, source: str, name: str = NAME) -> None:
     """One file in the family's package, and one line in its table."""
     package = folder / "rvjax" / "components" / family
-    (package / f"{NAME}.py").write_text(source, encoding="utf-8")
+    (package / f"{name}.py").write_text(source, encoding="utf-8")
     table = (package / "__init__.py").read_text(encoding="utf-8")
-    line = f'    "{NAME}": "rvjax.components.{family}.{NAME}",\n'
+    line = f'    "{name}": "rvjax.components.{family}.{name}",\n'
     (package / "__init__.py").write_text(table.replace("MEMBERS = {\n", f"MEMBERS = {{\n{line}"), encoding="utf-8")
 
 
-def contracts(folder: Path, *families: str) -> subprocess.CompletedProcess[str]:
-    """The tests of every member, on the new ones alone, in a process of their own."""
-    files = [f"tests/physics/{CONTRACTS[family]}" for family in families]
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", "--tb=short", "-k", NAME, *files]
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> subprocess.CompletedProcess[str]:
+    """The tests of every member, on the new ones alone, sound and broken, in one process."""
+    folder = copy_to(tmp_path_factory.mktemp("copy"))
+    for family, source in (("controllers", CONTROLLER), ("faults", FAULT), ("metrics", METRIC)):
+        add(folder, family, source)
+    add(folder, "faults", BROKEN, BAD)
+    files = [f"tests/physics/{file}" for file in CONTRACTS.values()]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", "-rpfE", "--tb=short", "-k", NAME, *files]
     environment = os.environ | {"PYTHONPATH": str(folder), "HYPOTHESIS_PROFILE": "mutant"}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
-@pytest.fixture
-def copy(tmp_path: Path) -> Path:
-    """The package and its tests."""
-    return copy_to(tmp_path)
+def ended(done: subprocess.CompletedProcess[str], word: str, bad: bool) -> list[str]:
+    """The tests of the broken fault, or of the sound members, that ended like this."""
+    return [line for line in done.stdout.splitlines() if line.startswith(f"{word} ") and (BAD in line) == bad]
 
 
-def test_a_new_component_is_one_file_and_one_line(copy: Path) -> None:
+def test_a_new_component_is_one_file_and_one_line(done: subprocess.CompletedProcess[str]) -> None:
     """Kills: a list of members in a test, which would have to be extended by hand; a member that no test finds."""
-    for family, source in (("controllers", CONTROLLER), ("faults", FAULT), ("metrics", METRIC)):
-        add(copy, family, source)
-    done = contracts(copy, *CONTRACTS)
-    assert done.returncode == 0, done.stdout[-3000:]
-    passed = int(done.stdout.rpartition(" passed")[0].split()[-1])
-    assert passed == 1 + 2 + 4, done.stdout[-3000:]
+    assert not ended(done, "FAILED", bad=False), done.stdout[-3000:]
+    assert not ended(done, "ERROR", bad=False), done.stdout[-3000:]
+    assert len(ended(done, "PASSED", bad=False)) == 1 + 2 + 4, done.stdout[-3000:]
 
 
-def test_a_broken_component_fails(copy: Path) -> None:
+def test_a_broken_component_fails(done: subprocess.CompletedProcess[str]) -> None:
     """A fault that also acts before its onset. Kills: tests of every member that a new one passes whatever it does."""
-    add(copy, "faults", BROKEN)
-    done = contracts(copy, "faults")
     assert done.returncode == FAILED, done.stdout[-3000:]
-    assert "test_before_its_onset_a_fault_is_nothing" in done.stdout
+    assert any("test_before_its_onset_a_fault_is_nothing" in line for line in ended(done, "FAILED", bad=True)), done.stdout

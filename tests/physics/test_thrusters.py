@@ -137,7 +137,7 @@ def test_bounded_least_squares_is_that_of_scipy(name: str, full: bool) -> None:
     """To 1e-8 of the largest thrust. Kills: a weight left out, half the iterations, no corrector, no last step, ε left out."""
     if name == "pinwheel-12" and not full:
         pytest.skip("two layouts by default; the third with --long")
-    layout, count = ALL[name], 400
+    layout, count = ALL[name], 400 if full else 120
     given = wrenches(layout, count)
     allocate = bounded_least_squares(layout)
     shares = jax.jit(jax.vmap(lambda *w: jnp.stack(allocate.at(Channels.of(w)).parts())))(*given.T)

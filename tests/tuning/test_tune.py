@@ -66,8 +66,11 @@ def tuned(campaign: Path, tmp_path_factory: pytest.TempPathFactory, compiles: li
                 compiles.append(-len(compiles))
 
         monkeypatch.setattr(batch, "Programs", Counted)
-        monkeypatch.setattr(batch, "_compilers", OrderedDict())
-        return tuning.tune(campaign, tmp_path_factory.mktemp("tuned") / "out", on_message=told)
+        fresh = OrderedDict[str, batch.Compiler]()
+        monkeypatch.setattr(batch, "_compilers", fresh)
+        made = tuning.tune(campaign, tmp_path_factory.mktemp("tuned") / "out", on_message=told)
+    batch._compilers.update(fresh)  # the other tests fly the same programs
+    return made
 
 
 def test_a_sweep_is_compiled_once(tuned: tuple[Path, Searched], compiles: list[int]) -> None:
