@@ -205,6 +205,6 @@ def test_a_law_that_cannot_be_traced_leaves_no_folder(tmp_path: Path, monkeypatc
 
 def test_python_warns_of_what_is_hardly_meant(tmp_path: Path) -> None:
     """Kills: a mass guess far from the plant that only the command line speaks of."""
-    doubtful = "controller.gains.mass_guess_kg=250"
+    doubtful = "controller={use: pd-plus, gains: {mass_guess_kg: 250}}"
     with pytest.warns(CampaignWarning, match="mass_guess_kg"):
         run(CAMPAIGN, tmp_path / "run", (*SHORT, "samples=4", "keep={worst: 0}", doubtful), progress=False)

@@ -49,6 +49,7 @@ def test_slopes_are_the_differences_of_flights(tmp_path: Path, metric: str, full
         tmp_path,
         ("metric: settling_time_s, quantile: 0.8", f"metric: {metric}, quantile: 0.8"),
         ("cma-es, population: 6", "gradient"),
+        ("faults: [{use: effectiveness, onset_s: {uniform: [2, 8]}, remaining: {uniform: [0.5, 1]}}]\n", ""),
     )
     space, spec, _, _ = tuning.prepare(path)
     flights = flights_of(space)

@@ -40,7 +40,7 @@ def unmet(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return write(place, *NOBODY), place / "out"
 
 
-def test_nobody_meets_the_requirements(unmet: tuple[Path, Path], rvjax: Run) -> None:
+def test_nobody_meets_the_requirements(unmet: tuple[Path, Path], rvjax: Run, bare: None) -> None:
     """Kills: exit code 0, a best campaign with the values of a candidate that meets nothing, a word as if it were good, a
     requirement that is not named, "+nan", an optimism of 0 between two infinities, a warning of the plotting library."""
     campaign, place = unmet
@@ -125,9 +125,9 @@ def test_the_winner_meets_what_is_required_not_what_is_asked_for() -> None:
     assert search.winner() is None
 
 
-def test_compare_knows_the_defaults(tmp_path: Path, rvjax: Run) -> None:
+def test_compare_knows_the_defaults(tmp_path: Path, rvjax: Run, bare: None) -> None:
     """Side B writes a default and changes another key. Kills: "A has nothing" for a default; a line for the same value."""
-    short = ("samples=8", "horizon.duration_s=2", "tune=null", "require=[]", "capture.window_s=1", "faults=[]")
+    short = ("samples=8", "keep={worst: 0}", "horizon.duration_s=2", "tune=null", "require=[]", "capture.window_s=1", "faults=[]")
     given = {
         "a": (),
         "b": ("controller.gains.k_nu=0.2", "controller.gains.k_omega={default}", "target.orbit={semi_major_axis_km: 7000}"),
