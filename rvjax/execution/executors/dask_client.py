@@ -125,10 +125,8 @@ class Workers:
         self._threads, self._counted = 0, -LOOK_S
 
     def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None], look: Callable[[], None] = lambda: None) -> None:
-        """As `Executor.fly`, in order of completion, but `look` is not called: workers do not report flights under way.
-
-        UsageError where a worker would fly other bits than the client.
-        """
+        """As `Executor.fly`, in order of completion. `look` is not called: workers do not report flights under way. UsageError
+        where a worker would fly other bits than the client."""
         self._compare()
         todo, lost = iter(chunks), dict[int, str]()
         while len(lost) < MOST_LOST:
@@ -399,5 +397,4 @@ def _dismiss(client: Client, name: str) -> None:
 
 
 def _lost(chunk: int, why: str) -> str:
-    first = chunk * LANES
-    return f"chunk {chunk} (samples {first} to {first + LANES - 1}) could not be flown: {why}"
+    return f"chunk {chunk} (samples {chunk * LANES} to {(chunk + 1) * LANES - 1}) could not be flown: {why}"

@@ -181,14 +181,13 @@ def tune(
         winner = search.winner()
         record = _record(space, spec, search, winner, seed)
         values = flights.candidates[record.best].values if record.best != OWN else {}
-        text = best_campaign(spec, space, values, overrides, met=winner is not None)
-        folder.write_text(tuning_record.BEST, text)
+        folder.write_text(tuning_record.BEST, best_campaign(spec, space, values, overrides, met=winner is not None))
         folder.write_bytes(tuning_record.NAME, record.encode())
         folder.seal()  # from here on the search is over, whatever happens to the confirmation
         on_message(f"confirming on {_samples(spec)} fresh draws")
         with shown(progress) as on_progress:
             options = run.RunOptions(command=command, on_progress=on_progress)
-            record = record.model_copy(update={"confirmation": _confirmed(place, overrides, spec, search, record.best, options)})
+            record = _confirmed(place, overrides, spec, search, record, options)
         folder.write_text(tuning_record.TABLE, candidates_table(record))
         folder.write_bytes(tuning_record.NAME, record.encode())
         from rvjax.report import tuning_report as report  # plotting takes a second to import
@@ -247,19 +246,22 @@ def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
     }
 
 
-def _confirmed(place: Path, overrides: Sequence[str], spec: Spec, search: Search, winner: int, options: run.RunOptions) -> Any:
-    """Flies the winner and the original campaign on fresh draws and judges them."""
+def _confirmed(
+    place: Path, overrides: Sequence[str], spec: Spec, search: Search, record: Searched, options: run.RunOptions
+) -> Searched:
+    """Flies the winner and the original campaign on fresh draws and judges them. Returns the record with the confirmation."""
     tuning = search.tuning
     run.fly(place / tuning_record.BEST, place / tuning_record.TUNED, ["baselines=[]"], options)
     run.fly(place / CAMPAIGN, place / tuning_record.ORIGINAL, [*overrides, *_fresh_draws(spec)], options)
-    table = search.table(winner)
+    table = search.table(record.best)
     seen = [*search.judge.values(table), search.judge.score(table).objectives[0]]
     from rvjax.analysis.verdicts import campaign_of
 
     original = campaign_of(RunFolder.open(place / tuning_record.ORIGINAL))
-    return confirm(
+    confirmation = confirm(
         place / tuning_record.TUNED, place / tuning_record.ORIGINAL, original, search.judge, seen, tuning.confirm.confidence
     )
+    return record.model_copy(update={"confirmation": confirmation})
 
 
 def _record(space: Space, spec: Spec, search: Search, winner: int | None, seed: int) -> Searched:
