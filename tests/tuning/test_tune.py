@@ -204,7 +204,7 @@ def test_a_finished_one_flies_nothing_again(
 def test_the_seed_decides(tuned: tuple[Path, Searched], campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Kills: a search that has no seed; another search in a folder that has one."""
     place, found = tuned
-    monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
+    monkeypatch.setattr(tuning, "_confirmed", lambda *given: given[4])
     monkeypatch.setattr("rvjax.report.tuning_report.write", lambda *given: None)
     with pytest.raises(FolderError, match="belongs to another run"):
         tuning.tune(campaign, place, ["tune.seed=77"])
@@ -283,7 +283,7 @@ def test_every_method_flies_the_closed_loop(name: str, tmp_path: Path, monkeypat
     wrong sign, that flies beyond its budget; a front with a point that another one beats in both."""
     if name not in ("tpe", "nsga") and not full:
         pytest.skip("by default two that need what they are told: --long")
-    monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
+    monkeypatch.setattr(tuning, "_confirmed", lambda *given: given[4])
     monkeypatch.setattr("rvjax.report.tuning_report.write", lambda *given: None)
     changes = [METHODS[name]]
     if name == "random":
@@ -325,7 +325,7 @@ def test_one_that_is_killed_ends_alike(tuned: tuple[Path, Searched], campaign: P
 
 def test_a_search_of_few_values_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Four combinations for a method that never ends by itself. Kills: a search that proposes what is known for ever."""
-    monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
+    monkeypatch.setattr(tuning, "_confirmed", lambda *given: given[4])
     monkeypatch.setattr("rvjax.report.tuning_report.write", lambda *given: None)
     text = "    controller.gains.k_rho: {choice: [0.05, 0.2]}\n    controller.gains.k_nu: {choice: [0.5, 1]}\n"
     begin, _, rest = write(tmp_path).read_text().partition("  parameters:\n")
@@ -338,7 +338,7 @@ def test_a_search_of_few_values_ends(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_flights_of_other_values_are_never_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder whose search would now propose something else, as after another version of a package. Kills: flights that count
     for a candidate with other gains."""
-    monkeypatch.setattr(tuning, "_confirmed", lambda *given: None)
+    monkeypatch.setattr(tuning, "_confirmed", lambda *given: given[4])
     monkeypatch.setattr("rvjax.report.tuning_report.write", lambda *given: None)
     path = write(tmp_path, METHODS["sobol"])
     tuning.tune(path, tmp_path / "out")
