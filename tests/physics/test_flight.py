@@ -180,8 +180,7 @@ def test_glances_agree_with_the_traced_steps(sound: Flown) -> None:
 def test_what_float32_costs(
     recorder: str, controller: str, draw: Callable[[float], Drawn], request: pytest.FixtureRequest, full: bool
 ) -> None:
-    """60 s of an approach from 16 m in float32 against float64: measured 1e-5 m and 7e-7 rad; nothing is promoted on the way.
-    Kills: a time that is summed step by step."""
+    """60 s of an approach from 16 m in float32 against float64: measured 1e-5 m and 7e-7 rad; nothing is promoted on the way."""
     if controller != "pd-plus" and not full:
         pytest.skip("the law that compiles soonest by default; the adaptive one with --long")
     rows = 1200
