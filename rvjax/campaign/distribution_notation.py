@@ -248,7 +248,7 @@ class Reader:
             return self.refuse((*place, "csv"), str(error), "accepted: a number in every row", at_key=True)
         for (line, _), value in zip(file.rows, values, strict=True):
             if not self.range.admits(value, value):
-                message = f"{file.name} line {line}, column {shorten(name)}: {with_unit(f'{exact(value)}', self.unit)}"
+                message = f"{file.name} line {line}, column {shorten(name)}: {with_unit(exact(value), self.unit)}"
                 return self.refuse((*place, "csv"), message, f"accepted: {self.range.words(self.unit)}", at_key=True)
         return self.listed("table", lambda: Empirical.of(values, smooth), place)
 

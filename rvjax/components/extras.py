@@ -14,7 +14,7 @@ def lacking(*packages: str) -> str:
 
 
 def _lack(package: str) -> str:
-    bounds = {text.name: text.specifier for text in map(Requirement, requires("rvjax") or ())}
+    bounds = {needed.name: needed.specifier for needed in map(Requirement, requires("rvjax") or ())}
     try:
         installed = version(package) if find_spec(package) is not None else None
     except PackageNotFoundError:

@@ -2,7 +2,7 @@
 
     python -m tests.extras.core_only PACKAGE... < commands.json
 
-stdin: a list of command lines. stdout: for each, exit code, stdout and stderr. With no PACKAGE the environment stays as it is.
+stdin: a list of command lines. stdout: for each, exit code, stdout and stderr. Without a PACKAGE nothing is hidden.
 """
 
 from __future__ import annotations

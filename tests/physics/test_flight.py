@@ -24,7 +24,7 @@ from tests.flights import Recorder
 from tests.oracles.absolute import columns, deviation
 
 OBSERVER = "disturbance-observer"
-"""A controller with a state of its own that compiles soon."""
+"""A controller with an internal state that compiles quickly."""
 STEPS, STEP_S = 350, 0.05
 
 

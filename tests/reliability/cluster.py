@@ -35,7 +35,7 @@ QUICK = {
 
 
 def program(*arguments: object, **more: str) -> subprocess.Popen[str]:
-    """The program in a process of its own, without audit and sections."""
+    """The program in a separate process, without the audit and the sections of the report."""
     return process([*PROGRAM, *map(str, arguments)], more)
 
 
