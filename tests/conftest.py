@@ -17,6 +17,7 @@ from rvjax.simulation import jax_config
 from tests.once import made_once
 from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
+from tests.slow import SLOW
 
 jax_config.configure("float64")
 hypothesis.settings.register_profile("untimed", deadline=None)  # a busy machine is no failure
@@ -52,9 +53,14 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     return Scheduling(config, log)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The folders of `FIRST` come first; otherwise the order stays."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """The folders of `FIRST` come first; otherwise the order stays. The tests of `SLOW` wait for their option."""
     root = Path(__file__).parent
+    if not (config.getoption("--slow") or config.getoption("--long")):
+        for item in items:
+            name = item.nodeid.removeprefix(f"{root.name}/")
+            if {name, name.partition("[")[0], name.partition("::")[0]} & SLOW:
+                item.add_marker(pytest.mark.skip(reason="takes several seconds: --slow"))
 
     def place(item: pytest.Item) -> int:
         folder = item.path.relative_to(root).parts[0] if item.path.is_relative_to(root) else ""
@@ -66,11 +72,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_addoption(parser: pytest.Parser) -> None:
     """`--mutants`: the mutants as well, each in a separate process (minutes).
     `--acceptance`: the scenarios of the documentation at their full size (minutes).
-    `--long`: the reliability suite in its full numbers (an hour).
+    `--slow`: the tests of `tests/slow.py` too (two minutes).
+    `--long`: those, and the reliability suite in its full numbers (an hour).
     """
     parser.addoption("--mutants", action="store_true", help="run the mutants (minutes)")
     parser.addoption("--acceptance", action="store_true", help="fly the documented scenarios at full size (minutes)")
-    parser.addoption("--long", action="store_true", help="the reliability suite in its full numbers (minutes)")
+    parser.addoption("--slow", action="store_true", help="run the tests that take several seconds each (minutes)")
+    parser.addoption("--long", action="store_true", help="the slow tests, and the reliability suite in its full numbers (an hour)")
 
 
 @pytest.fixture

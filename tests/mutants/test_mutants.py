@@ -36,7 +36,7 @@ def copy_to(folder: Path) -> Path:
 def run(folder: Path, killers: list[str]) -> subprocess.CompletedProcess[str]:
     """pytest on some tests of the copy; PYTHONPATH puts the copy before whatever is installed."""
     return subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-x", *(f"tests/{killer}" for killer in killers)],
+        [sys.executable, "-m", "pytest", "-q", "-x", "--slow", *(f"tests/{killer}" for killer in killers)],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": str(folder), "HYPOTHESIS_PROFILE": "mutant"},
         capture_output=True,
