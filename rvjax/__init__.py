@@ -1,5 +1,6 @@
 """rvjax: batched Monte-Carlo robustness analysis of spacecraft rendezvous. Everything that a command does, as a function.
 
+    Campaign, Run      a campaign and a finished run as objects: fly, samples, verdicts, replay, compare
     configure          precision and compiler settings; call it before JAX is used
     load_campaign      the problem that a campaign file states
     fly_campaign       flies a campaign into a run folder, with its report
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from rvjax.errors import CampaignError, RvjaxError
     from rvjax.execution.replay import replay as replay_sample
     from rvjax.execution.run import run as fly_campaign
+    from rvjax.notebook import Campaign, Run
     from rvjax.report import build as build_report
     from rvjax.run_folder import RunFolder
     from rvjax.search.tuning.tune import tune as tune_campaign
@@ -37,8 +39,10 @@ if TYPE_CHECKING:
     from rvjax.simulation.problem import load as load_campaign
 
 __all__ = [
+    "Campaign",
     "CampaignError",
     "Comparison",
+    "Run",
     "RunFolder",
     "RvjaxError",
     "Verdict",
@@ -56,6 +60,8 @@ __all__ = [
 ]
 
 _ORIGIN = {
+    "Campaign": "notebook:Campaign",
+    "Run": "notebook:Run",
     "CampaignError": "errors:CampaignError",
     "Comparison": "analysis.compare:Comparison",
     "RunFolder": "run_folder:RunFolder",

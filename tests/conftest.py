@@ -78,7 +78,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--mutants", action="store_true", help="run the mutants (minutes)")
     parser.addoption("--acceptance", action="store_true", help="fly the documented scenarios at full size (minutes)")
     parser.addoption("--slow", action="store_true", help="run the tests that take several seconds each (minutes)")
-    parser.addoption("--long", action="store_true", help="the slow tests, and the reliability suite in its full numbers (an hour)")
+    parser.addoption("--long", action="store_true", help="those, and the reliability suite in full numbers (an hour)")
 
 
 @pytest.fixture

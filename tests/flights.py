@@ -22,7 +22,7 @@ from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.faults import bias, effectiveness
 from rvjax.components.faults.interface import fault
 from rvjax.components.metrics.interface import MetricContext
-from rvjax.components.registry import component, members
+from rvjax.components.registry import component, standard_metrics
 from rvjax.physics.dynamics import MU_EARTH
 from rvjax.physics.saturation import SATURATIONS
 from rvjax.physics.state import Motion, Numbers, Plant, Step, TargetMotion
@@ -32,7 +32,7 @@ from rvjax.simulation.closed_loop import Drawn, Loop
 
 Array = NDArray[np.float64]
 
-METRICS = tuple(component("metrics", name) for name in members("metrics"))
+METRICS = standard_metrics()
 FAULTS = tuple(fault(member.failed) for member in (effectiveness, bias))
 DISTURBANCES = tuple(Disturbance(member.push) for member in (constant, sinusoid))
 

@@ -16,6 +16,7 @@ SLOW = frozenset(
         "ci/test_pytest_plugin.py::test_what_only_flying_finds_fails_every_requirement",
         "cli/test_explain.py::test_every_example_is_accepted_when_pasted",
         "cli/test_program.py::test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on[15-143]",
+        "docs/test_extending.py::test_other_components_join_the_campaign",
         "extras/test_extras.py",
         "physics/test_adaptation.py::test_estimates_stay_inside_their_bounds",
         "physics/test_flight.py::test_order_four[filtered-gentle]",

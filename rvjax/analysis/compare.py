@@ -36,7 +36,8 @@ from rvjax.columns import METRIC, Column, metric_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.components.settings import default
 from rvjax.errors import UsageError
-from rvjax.run_folder import BASELINES, OUTCOMES
+from rvjax.run_folder import BASELINES, OUTCOMES, RunFolder
+from rvjax.run_folder.manifest import differences
 from rvjax.stats import Estimate, Pairs
 from rvjax.stats.sampling_design import Independent
 
@@ -187,7 +188,7 @@ def compare(
         requested=(folders[0].requested, folders[1].requested),
         confidence=confidence,
         margin=margin,
-        differing=_differing(*specs),
+        differing=(*_differing(*specs), *_code(*folders)),
         only_a=paired.only_a,
         only_b=paired.only_b,
         changes=changes,
@@ -241,6 +242,13 @@ def _differing(a: Spec, b: Spec) -> tuple[str, ...]:
             here, there = (value_text(value, key in given) for value, given in zip(values, (first, second), strict=True))
             lines.append(f"{key}: A has {here}, B has {there}")
     return tuple(lines)
+
+
+def _code(a: RunFolder, b: RunFolder) -> tuple[str, ...]:
+    """A line for each file and package of a user's components that the runs flew in different versions, and for rvjax itself."""
+    first, second = ({key: folder.identity.get(key, {}) for key in ("components", "code")} for folder in (a, b))
+    lines = differences(first, second, "A", "B")
+    return tuple(f"code of {line.removeprefix('components.').replace('code: ', 'rvjax: ')}" for line in lines)
 
 
 # --- shares -----------------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from pydantic_core import core_schema
 
 from rvjax.campaign.plain_values import Place, is_list, is_mapping
 from rvjax.campaign.problems import Problem, refuse, unexpected
+from rvjax.campaign.python_files import is_python_file, short_name
 
 NAME = re.compile(r"[a-z][a-z0-9-]{0,63}")
 NAME_WORDS = "accepted: small letters, digits and hyphens, the first a letter, at most 64 characters"
@@ -44,7 +45,7 @@ def entry_names(entries: Sequence[Any]) -> list[str]:
     numbers: dict[str, int] = {}
     names: list[str] = []
     for entry in entries:
-        name, use = _text(entry, "name"), _text(entry, "use")
+        name, use = _text(entry, "name"), _component_name(_text(entry, "use"))
         numbers[use] = numbers.get(use, 0) + (not name)
         names.append(name or (use if numbers[use] == 1 else use and f"{use}-{numbers[use]}"))
     return names
@@ -53,6 +54,10 @@ def entry_names(entries: Sequence[Any]) -> list[str]:
 def _text(entry: Any, key: str) -> str:
     value = entry.get(key, "") if is_mapping(entry) else ""
     return value if isinstance(value, str) else ""
+
+
+def _component_name(use: str) -> str:
+    return short_name(use) if is_python_file(use) else use
 
 
 class OneChoice:
@@ -73,10 +78,16 @@ class OneChoice:
         if "use" not in raw:
             accepted = "accepted: the name of a component, see `rvjax list`"
             problems.append(Problem("missing", accepted, (*below, "use"), at_key=True))
-        wrong = [key for key in KEYS if key in raw and not NAME.fullmatch(_text(raw, key))]
+        wrong = [key for key in KEYS if key in raw and not (NAME.fullmatch(_text(raw, key)) or self._file(raw, key))]
+        if name and "name" not in raw and not NAME.fullmatch(name) and not wrong:
+            problems.append(Problem(f"a component called {name}", f"a name with `name:`; {NAME_WORDS}", (*below, "use")))
         problems += [unexpected(raw[key], NAME_WORDS, (*below, key)) for key in wrong]
         parameters = {key: value for key, value in raw.items() if key not in KEYS}
         return Choice(_text(raw, "use"), name, path, MappingProxyType(parameters))
+
+    @staticmethod
+    def _file(raw: Mapping[str, Any], key: str) -> bool:
+        return key == "use" and is_python_file(_text(raw, key))
 
     def json_schema(self) -> dict[str, Any]:
         """What the field accepts, as JSON Schema, without the parameters."""

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from rvjax.campaign import units
+from rvjax.campaign.named_files import RefusedFile
 from rvjax.campaign.plain_values import describe, shorten
 from rvjax.campaign.yaml_document import FLOAT, LARGEST, NOT_FINITE, NOT_PRINTABLE
 
@@ -29,14 +30,6 @@ _SYMBOLS = {word for suffix, unit in units.UNITS.items() for word in (suffix, un
 
 Rows = list[tuple[int, tuple[str, ...]]]
 """(line on which the row ends, cells) of every row."""
-
-
-class RefusedFile(Exception):
-    """The file is not accepted. message: what is wrong with it; accepted: what would be right."""
-
-    def __init__(self, message: str, accepted: str) -> None:
-        super().__init__(message)
-        self.message, self.accepted = message, accepted
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,16 @@ from typing import Annotated, Any, ClassVar, Literal, cast
 from pydantic import PrivateAttr, ValidationInfo, field_validator
 
 from rvjax.campaign.actuators import AnyActuators
+from rvjax.campaign.attachments import attach
 from rvjax.campaign.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
 from rvjax.campaign.correlation import Correlation
-from rvjax.campaign.csv_files import attach
 from rvjax.campaign.fields import Model, attitude, count, number, option, part, scalar, validate, vector
 from rvjax.campaign.formula import Formula, Margins
 from rvjax.campaign.inertia import Inertia, check_centre
 from rvjax.campaign.overrides import override, replace_values
 from rvjax.campaign.plain_values import Place, exact, shortest
 from rvjax.campaign.problems import Problem, refuse, unexpected
+from rvjax.campaign.python_files import PythonFile
 from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.requirement import Requirement
 from rvjax.campaign.source import Source, read
@@ -38,6 +39,16 @@ def _divides(step: float, span: float) -> bool:
     """Whether a span of time is a whole number of steps that a flight may have, at least 1."""
     whole = max(round(span / step), 1) if step > 0.0 else 0
     return step <= span * (1.0 + WHOLE) and span / step <= MOST_STEPS and abs(whole * step - span) <= WHOLE * span
+
+
+def not_whole(period: float, step: float) -> Problem | None:
+    """What is wrong with a period that is not a whole number of steps."""
+    if _divides(step, period):
+        return None
+    nearest = shortest(max(round(period / step), 1) * step, lambda x: _divides(step, x))
+    return Problem(
+        f"{exact(period)} s is {exact(period / step)} steps", f"accepted: a whole number of steps, such as {nearest} s"
+    )
 
 
 class Horizon(Model):
@@ -76,11 +87,9 @@ class Horizon(Model):
     @classmethod
     def _whole_steps(cls, period: float | None, info: ValidationInfo) -> float | None:
         if period is not None and "step_s" in info.data:
-            step = info.data["step_s"]
-            if not _divides(step, period):
-                nearest = shortest(max(round(period / step), 1) * step, lambda x: _divides(step, x))
-                message = f"{exact(period)} s is {exact(period / step)} steps"
-                refuse(Problem(message, f"accepted: a whole number of steps, such as {nearest} s"))
+            wrong = not_whole(period, info.data["step_s"])
+            if wrong is not None:
+                refuse(wrong)
         return period
 
     @property
@@ -204,6 +213,16 @@ class Spec(Model):
         example=[{"use": "constant", "force_N": [0.01, 0, 0]}],
         doc="forces and torques that do not come from the actuators",
     )
+    effects: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
+        default=[],
+        example=[{"use": "flexible-appendage", "modal_mass_kg": 5, "frequency_Hz": 0.3, "place_m": [1, 0, 0]}],
+        doc="what moves in or on the pursuer: propellant, appendages",
+    )
+    actuation: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
+        default=[],
+        example=[{"use": "first-order-lag", "time_constant_s": 0.2}],
+        doc="how the actuators follow what is commanded, one after the other",
+    )
     faults: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
         default=[], example=[{"use": "effectiveness", "onset_s": 60, "remaining": 0.5}], doc="faults of the actuators"
     )
@@ -215,6 +234,11 @@ class Spec(Model):
     controller: Annotated[Choice, OneChoice()] = part(example={"use": "pd-plus"}, doc="the controller under test")
     baselines: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
         default=[], example=[{"use": "pd-plus", "name": "plain"}], doc="controllers that fly the same draws, for comparison"
+    )
+    metrics: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
+        default=[],
+        example=[{"use": "keep-out", "radius_m": 2}],
+        doc="metrics with parameters, besides those of every campaign",
     )
     sampler: Annotated[Choice, OneChoice()] = part(default={"use": "monte-carlo"}, doc="how the samples are drawn")
     correlate: tuple[Correlation, ...] = part(default=[], doc="draws that are not independent")
@@ -290,9 +314,15 @@ class Spec(Model):
         return isinstance(other, Spec) and self.__dict__ == other.__dict__
 
     @property
+    def flying(self) -> tuple[Choice, ...]:
+        """Every component whose numbers a flight gets."""
+        around = (*self.actuation, *self.faults, *self.disturbances, *self.effects)
+        return (self.controller, *around, *self.navigation, *self.metrics)
+
+    @property
     def components(self) -> tuple[Choice, ...]:
         """Every component that is used."""
-        return (self.controller, self.saturation, *self.faults, *self.disturbances, *self.navigation, self.sampler)
+        return (*self.flying, self.saturation, self.sampler)
 
     def fingerprint(self, parameters: Mapping[Place, Model] | None = None) -> str:
         """SHA-256 of all that determines draws and flights. The order of keys and written defaults do not matter.
@@ -309,8 +339,9 @@ class Spec(Model):
     def structure(self, parameters: Mapping[Place, Model]) -> str:
         """SHA-256 of all that decides which program is compiled: campaigns of the same structure share a compiled program. They
         differ only in numbers and draws. parameters: as in `fingerprint`."""
-        names = ("precision", "saturation", "faults", "disturbances", "navigation", "controller", "actuators", "margins")
+        names = ("precision", "actuators", "margins")
         parts: dict[str, Any] = {name: getattr(self, name) for name in names}
+        parts |= {"components": [*self.flying, self.saturation]}
         parts |= {"parameters": self._parameters(parameters), "control_steps": self.horizon.control_steps}
         return _digest(parts, numbers=False)
 
@@ -330,7 +361,7 @@ def _canonical(value: Any, numbers: bool) -> Any:
     if isinstance(value, Model):
         return {name: _canonical(getattr(value, name), numbers) for name in type(value).model_fields}
     if isinstance(value, Choice):
-        return [value.use, value.name]
+        return [value.use, value.name, *([value.use.digest] if isinstance(value.use, PythonFile) else [])]
     if isinstance(value, Quantity):
         return _canonical([value.shape, value.parts, value.joint] if numbers else [value.shape, len(value.parts)], numbers)
     if is_dataclass(value):

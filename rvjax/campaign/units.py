@@ -25,6 +25,7 @@ UNITS: dict[str, Unit] = {
     "rad_s": Unit("rad/s", "rad/s", 1.0, "radians per second"),
     "deg_s": Unit("deg/s", "rad/s", math.pi / 180, "degrees per second"),
     "m_s": Unit("m/s", "m/s", 1.0, "metres per second"),
+    "Hz": Unit("Hz", "rad/s", 2.0 * math.pi, "hertz"),
     "Nm": Unit("N·m", "N·m", 1.0, "newton metres"),
     "km": Unit("km", "m", 1e3, "kilometres"),
     "kg": Unit("kg", "kg", 1.0, "kilograms"),

@@ -22,10 +22,10 @@ from rvjax.cli._output import Output, say
 from rvjax.errors import CampaignError, Finding, IncompleteError, RvjaxError
 
 COMMANDS = (
-    *("init", "validate", "run", "check", "report", "compare", "tune", "worst", "replay"),
+    *("init", "check-component", "validate", "run", "check", "report", "compare", "tune", "worst", "replay"),
     *("plan", "list", "explain", "schema", "bench", "doctor"),
 )
-"""The commands in the order of `rvjax --help`: each is the function `command` of `rvjax.cli.<name>`."""
+"""The commands in the order of `rvjax --help`: each is the function `command` of `rvjax.cli.<name>`, with _ for -."""
 
 Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, everything else on stderr.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress and no hints.")]
@@ -63,7 +63,7 @@ def program() -> typer.Typer:
     )
     app.callback()(_options)
     for name in COMMANDS:
-        app.command(name, cls=_help.Command)(import_module(f"rvjax.cli.{name}").command)
+        app.command(name, cls=_help.Command)(import_module(f"rvjax.cli.{name.replace('-', '_')}").command)
     return app
 
 

@@ -39,7 +39,7 @@ def command(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Print verdicts and set the exit code; a FILE is flown first."""
+    """Print verdicts and set the exit code; a FILE flies first."""
     output, values = Output(as_json, quiet), overrides(sets, samples, seed)
     ci_outputs = CiOutputs(junit_xml, against, write_baseline)
     if not os.path.isdir(place):

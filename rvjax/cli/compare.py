@@ -78,7 +78,7 @@ def _show(result: Comparison, output: Output) -> None:
 
     output.text(f"A: {result.a}", f"B: {result.b}", f"{result.n:,} samples on the same draws; every difference is B − A")
     if result.differing:
-        output.text("", "The campaigns differ in", *(f"  {line}" for line in result.differing))
+        output.text("", "The runs differ in", *(f"  {line}" for line in result.differing))
     for side, names in (("A", result.only_a), ("B", result.only_b)):
         if names:
             output.text(f"drawn in {side} only: {', '.join(names)}")

@@ -43,8 +43,7 @@ def _print(page: Page, output: Output) -> None:
     """A page on the terminal."""
     origin = f", from {page.origin}" if "." in page.origin else ""
     output.text(f"{page.name}  ({page.family}{origin})", "", page.text, "")
-    headings, rows = page.table
-    for head, cells in ((("member", "description"), page.members), (headings, rows)):
+    for head, cells in ((("member", "description"), page.members), *page.tables):
         if cells:
             output.table(head, cells)
     for example in page.examples:

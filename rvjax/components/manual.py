@@ -17,9 +17,9 @@ from rvjax.campaign.declarations import declared
 from rvjax.campaign.distribution_notation import forms
 from rvjax.campaign.json_schema import schema
 from rvjax.campaign.reference_body import words
-from rvjax.components.manual_examples import Example
+from rvjax.components.manual_examples import Example, mappings
 from rvjax.components.manual_keys import Key, flat
-from rvjax.components.registry import FAMILIES, FAMILY_OF, Component, component, members, module_of
+from rvjax.components.registry import FAMILIES, FAMILY_OF, Component, choosable, component, members, module_of
 from rvjax.physics import saturation
 from rvjax.physics.saturation import SATURATIONS
 
@@ -77,12 +77,15 @@ class Page:
         return self.text.partition("\n")[0]
 
     @property
-    def table(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-        """(headings, rows) of what is printed below the text: the columns of a metric, or the keys."""
-        if self.family == "metrics":
-            return ("column", "unit", "better", "meaning"), [tuple(row) for row in self.rows]
+    def tables(self) -> list[tuple[tuple[str, ...], list[tuple[str, ...]]]]:
+        """(headings, rows) of what is printed below the text: the columns of a metric, and the keys."""
         rows = [(key.path, key.unit, key.default, key.accepted, key.meaning) for key in self.keys]
-        return ("key", "unit", "default", "range or choices", "meaning"), rows
+        columns = [tuple(row) for row in self.rows] if self.family == "metrics" else []
+        both = [
+            (("column", "unit", "better", "meaning"), columns),
+            (("key", "unit", "default", "range or choices", "meaning"), rows),
+        ]
+        return [(headings, table) for headings, table in both if table]
 
     def document(self) -> dict[str, Any]:
         """Plain values."""
@@ -104,11 +107,15 @@ def page(family: str, name: str) -> Page:
         return Page(family, name, saturation.__name__, inspect.getdoc(SATURATIONS[name]) or "")
     text, origin = inspect.getdoc(module_of(family, name)) or "", members(family)[name]
     member = component(family, name)
+    parameters = member.parameters if isinstance(member, Component) else None
+    keys = tuple(flat(parameters)) if parameters is not None else ()
+    if family != "metrics" and parameters is not None:
+        return Page(family, name, origin, text, tuple(rows(parameters)), keys)
+    metric: Any = member
     if isinstance(member, Component):
-        parameters = member.parameters
-        return Page(family, name, origin, text, tuple(rows(parameters)), tuple(flat(parameters)))
-    columns = ((column.name, column.unit, column.better, column.description) for column in member.columns.values())
-    return Page(family, name, origin, text, tuple(columns))
+        metric = member.build(member.parameters.model_validate(next(mappings(member.parameters))))
+    columns = ((column.name, column.unit, column.better, column.description) for column in metric.columns.values())
+    return Page(family, name, origin, text, tuple(columns), keys)
 
 
 def chapter(name: str) -> Page:
@@ -138,7 +145,7 @@ def metric_names(pages: Iterable[Page]) -> set[str]:
 def campaign_schema() -> dict[str, Any]:
     """The JSON Schema of a campaign file, with the parameters of every installed component."""
     families: dict[str, Mapping[str, type[Model]]] = {
-        section: {name: component(family, name).parameters for name in members(family)} for section, family in FAMILY_OF.items()
+        section: {name: member.parameters for name, member in choosable(family).items()} for section, family in FAMILY_OF.items()
     }
     return schema(families | {"saturation": dict.fromkeys(SATURATIONS, Model)})
 

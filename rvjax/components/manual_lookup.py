@@ -26,7 +26,7 @@ from rvjax.components import manual
 from rvjax.components.manual import CHAPTERS, PACKAGE, Page
 from rvjax.components.manual_examples import Example, example, mappings, values
 from rvjax.components.manual_keys import Key, Trail, flat, key_of, models_in, names_of, path_of, trails
-from rvjax.components.registry import FAMILIES, FAMILY_OF, component, members
+from rvjax.components.registry import FAMILIES, FAMILY_OF, choosable, component
 from rvjax.errors import UsageError
 
 CAMPAIGN_FILE, FAMILY = "campaign file", "family"
@@ -34,7 +34,7 @@ CAMPAIGN_FILE, FAMILY = "campaign file", "family"
 SECTIONS: Mapping[str, str] = {**FAMILY_OF, "saturation": "saturation", "tune.method": "searches"}
 """Path of a key of the campaign file → the family that its components come from."""
 
-_FIRST = {"saturation": "hard-clip"} | {family: next(iter(members(family))) for family in FAMILIES}
+_FIRST = {"saturation": "hard-clip"} | {family: next(iter(choosable(family))) for family in FAMILIES}
 """Family → the member in an example of a section."""
 
 _BESIDES: Mapping[tuple[str, str], Mapping[str, Any]] = {
@@ -131,8 +131,8 @@ def _grouped() -> Mapping[str, list[tuple[Trail, str, set[str]]]]:
         for trail in trails(Chosen):
             names = {f"{section}.{path_of(trail)}", *(names_of(trail) if section != "baselines" else ())}
             groups.setdefault(f"{section}.{path_of(trail)}", []).append((trail, "", names))
-        for member in members(family) if family != "saturation" else ():
-            for trail in trails(component(family, member).parameters):
+        for member, known in choosable(family).items() if family != "saturation" else ():
+            for trail in trails(known.parameters):
                 names = set() if section == "baselines" else names_of(trail)
                 whole = {name for name in names_of(trail) if name.count(".") == len(trail) - 1}
                 starts = (section, f"{section}.{member}", *([member] if section != "baselines" else []))
@@ -144,7 +144,8 @@ def _grouped() -> Mapping[str, list[tuple[Trail, str, set[str]]]]:
 def with_example(page: Page) -> Page:
     """The page of a component with an example of its section."""
     section = next((path for path, family in SECTIONS.items() if family == page.family), None)
-    return page if section is None else replace(page, examples=(_chosen(section, page.name, ()),))
+    standard = page.family == "metrics" and page.name not in choosable("metrics")
+    return page if section is None or standard else replace(page, examples=(_chosen(section, page.name, ()),))
 
 
 def family_pages(section: str, family: str) -> list[Page]:

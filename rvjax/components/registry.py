@@ -12,27 +12,35 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from rvjax.campaign import Model, Spec
 from rvjax.campaign.problems import Problem
+from rvjax.campaign.python_files import PythonFile
+from rvjax.components import installed_code, user_code
 from rvjax.components.effect import Neutral
-from rvjax.errors import UsageError
+from rvjax.errors import CampaignError, Finding, UsageError
 
-FAMILIES = ("controllers", "disturbances", "faults", "metrics", "navigation", "samplers", "searches")
+FAMILIES = ("actuators", "controllers", "disturbances", "effects", "faults", "metrics", "navigation", "samplers", "searches")
 
 FAMILY_OF = {
     "controller": "controllers",
     "baselines": "controllers",
+    "actuation": "actuators",
     "faults": "faults",
     "disturbances": "disturbances",
+    "effects": "effects",
     "navigation": "navigation",
+    "metrics": "metrics",
     "sampler": "samplers",
 }
 """Section of the campaign file → the family that its components come from."""
 
 _PACKAGES = {"searches": "search_methods"}
 """Family → package in `rvjax.components`, where the names differ."""
+
+ANY = "any family"
+"""The family of a component that does not say it."""
 
 P = TypeVar("P", bound=Model)
 
@@ -51,6 +59,8 @@ class Component(Generic[P]):
     neutral: the values with which it does nothing. silent(parameters, campaign): why else it does nothing in any sample.
     coarse(parameters, campaign): what of it the steps of the integration cannot follow. Both without a flight.
     """
+
+    family: ClassVar[str] = ANY
 
     parameters: type[P]
     build: Callable[[P], Any]
@@ -78,9 +88,79 @@ def members(family: str) -> Mapping[str, str]:
 
 def module_of(family: str, name: str) -> Any:
     """The module of a member. Its docstring is the manual page."""
-    return import_module(members(family)[name].partition(":")[0])
+    if isinstance(name, PythonFile):
+        return user_code.module_of(name)
+    origin = members(family)[name].partition(":")[0]
+    return import_module(origin) if origin.startswith("rvjax.") else installed_code.imported(origin)
 
 
 def component(family: str, name: str) -> Any:
     """The member `name`, which must exist: a `Metric` in the family of metrics, else a `Component`."""
-    return module_of(family, name).COMPONENT
+    if isinstance(name, PythonFile):
+        return _of_file(family, name)
+    origin = members(family)[name]
+    return member_of(module_of(family, name), origin.partition(":")[2], family, origin)
+
+
+def _of_file(family: str, file: PythonFile) -> Any:
+    """The component of a family in a user's file. CampaignError with the file and the line where there is none."""
+    module = user_code.module_of(file)
+    try:
+        return user_code.guarded(file, member_of(module, file.member, family, file.file))
+    except UsageError as error:
+        path = file.path(file.file)
+        found, _, accepted = str(error).removeprefix(f"{file.file}: ").partition("; ")
+        raise CampaignError([Finding(f"{path}:1", "", found, accepted)]) from None
+
+
+def standard_metrics() -> tuple[Any, ...]:
+    """The metrics of every campaign: those without parameters."""
+    found = (component("metrics", name) for name in members("metrics"))
+    return tuple(metric for metric in found if not isinstance(metric, Component))
+
+
+def choosable(family: str) -> dict[str, Component[Any]]:
+    """Name → component of every member that a campaign can choose: of the metrics only those with parameters."""
+    found = {name: component(family, name) for name in members(family)}
+    return {name: member for name, member in found.items() if isinstance(member, Component)}
+
+
+def member_of(module: Any, member: str, family: str, origin: str) -> Any:
+    """The component of a family in a module: the object `member`, or else `COMPONENT`, or else the only one of the family.
+
+    Errors: UsageError where there is none, or several, or where the object is a component of another family.
+    """
+    held = {name: family_of(value) for name, value in vars(module).items() if family_of(value) and not name.startswith("_")}
+    fitting = [name for name, known in held.items() if known == family or (known == ANY and name in (member, "COMPONENT"))]
+    choices = f"accepted: {', '.join(fitting) or _EXAMPLES.get(family, 'COMPONENT = Component(…)')}"
+    names = [member] if member else ["COMPONENT"] if "COMPONENT" in fitting else fitting
+    if member and member not in vars(module):
+        raise UsageError(f"{origin}: there is no {member}; {choices}")
+    if not names:
+        others = ", ".join(f"{name} is one of {known}" for name, known in held.items())
+        raise UsageError(f"{origin}: no component of {family}{f' ({others})' if others else ''}; {choices}")
+    if len(names) > 1:
+        raise UsageError(f"{origin}: {len(names)} components of {family}; accepted: {origin}:{f' or {origin}:'.join(names)}")
+    if names[0] not in fitting:
+        what = f"one of {held[names[0]]}" if names[0] in held else f"a {type(vars(module)[names[0]]).__name__}"
+        raise UsageError(f"{origin}: {names[0]} is {what}, not of {family}; {choices}")
+    value = vars(module)[names[0]]
+    return value.component if hasattr(value, "component") else value
+
+
+_EXAMPLES = {
+    "controllers": "CONTROLLER = Controller(Gains, start, respond)",
+    "actuators": "ACTUATOR = Actuator(Parameters, drive)",
+    "effects": "EFFECT = Effect(Parameters, start, wrench, rate)",
+    "faults": "FAULT = Fault(Parameters, failed)",
+    "disturbances": "DISTURBANCE = Disturbance(Parameters, push)",
+    "navigation": "NAVIGATION = NavigationError(Parameters, see)",
+    "metrics": "METRIC = Metric(Parameters, columns, start, update)",
+}
+"""What a user's file says, by family."""
+
+
+def family_of(value: Any) -> str:
+    """The family of a component; ANY where it does not say, "" where it is no component."""
+    family = "" if isinstance(value, type) else getattr(value, "family", "")
+    return family if isinstance(family, str) and family in (*FAMILIES, ANY) else ""

@@ -11,6 +11,7 @@ from rvjax.campaign.distributions import Fixed
 from rvjax.campaign.nominal_body import NominalBody
 from rvjax.campaign.overrides import value_at
 from rvjax.campaign.plain_values import is_number
+from rvjax.campaign.python_files import PythonFile
 from rvjax.campaign.tuning_parameters import Value
 from rvjax.components.registry import FAMILY_OF, component
 from rvjax.errors import RvjaxError
@@ -21,15 +22,18 @@ def setting(spec: Spec, place: str) -> Value | None:
     known, value = value_at(spec.source.value, place)
     if known:
         return value if isinstance(value, int | float | str) else None
-    return default(spec, place)
+    return default(spec, place, flies=True)
 
 
-def default(spec: Spec, place: str) -> Value | None:
-    """The default of a key that the campaign file does not have, in the unit of the key; None if there is none."""
+def default(spec: Spec, place: str, *, flies: bool = False) -> Value | None:
+    """The default of a key that the campaign file does not have, in the unit of the key; None if there is none. flies: whether
+    the code of a user may be executed for it; else the default of a parameter in a user's file is not known."""
     steps = place.split(".")
     for choice in spec.components:
         path = [str(part) for part in choice.path]
         if steps[: len(path)] == path and len(steps) > len(path) and path[0] in FAMILY_OF:
+            if isinstance(choice.use, PythonFile) and not flies:
+                return None
             try:
                 parameters = component(FAMILY_OF[path[0]], choice.use).parameters
             except RvjaxError:  # of a package that is not installed here

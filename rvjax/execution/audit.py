@@ -29,6 +29,7 @@ from rvjax.campaign.plain_values import Place, is_list, is_mapping
 from rvjax.campaign.quantity import COMPONENTS
 from rvjax.campaign.thruster_layout import thruster_names
 from rvjax.errors import AuditError, CampaignError
+from rvjax.execution.audit_finite import refuse_lost
 from rvjax.execution.audit_fixed import Probe, permitted, probes, switched_off
 from rvjax.execution.audit_readback import ReadBack, readings
 from rvjax.run_folder import Audited
@@ -291,6 +292,7 @@ def _acted(
     acted: dict[str, str] = {}
 
     def look(numbers: Drawn, carry: Carry) -> bool:
+        refuse_lost(problem, numbers, carry)
         read_back(numbers)
         for name, signal in zip(names, _signals(problem, carry), strict=False):  # fewer names than pairs in the last chunk
             if signal:
@@ -318,7 +320,10 @@ def _signals(problem: Problem, carry: Carry) -> list[str]:
 
 
 def _shares(leaf: Values) -> Values:
-    """(pairs,) difference between the lanes of a pair over the largest value in any lane; −1 where they are equal."""
+    """(pairs,) difference between the lanes of a pair over the largest value in any lane; −1 where they are equal. Of an array in
+    every lane that of the entry with the largest."""
+    if leaf.ndim > 1:
+        return np.max([_shares(entry) for entry in leaf.reshape(len(leaf), -1).T], axis=0)
     first, second = leaf[0 : LANES // 2 * 2 : 2], leaf[1 : LANES // 2 * 2 : 2]
     same = (first == second) | (np.isnan(first) & np.isnan(second))
     with np.errstate(invalid="ignore", over="ignore"):

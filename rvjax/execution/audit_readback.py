@@ -72,6 +72,9 @@ def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack
         (problem.faults, numbers.faults),
         (problem.disturbances, numbers.disturbances),
         (problem.navigation, numbers.navigation),
+        (problem.actuation, numbers.actuation),
+        (problem.effects, numbers.effects),
+        (problem.chosen, numbers.context.chosen),
     )
     for parts, values in groups:
         for part, part_values in zip(parts, values, strict=True):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 import platform
 import sys
@@ -14,7 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import rvjax
-from rvjax.components.registry import FAMILY_OF, members, module_of
+from rvjax.campaign.python_files import PythonFile
+from rvjax.components import installed_code
+from rvjax.components.registry import FAMILY_OF, members
 from rvjax.cores import cores
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
@@ -25,7 +26,9 @@ DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 
 FLYING = (
     *("campaign", "physics", "simulation", "stats/random_streams.py"),
-    *(f"components/{family}" for family in ("controllers", "disturbances", "faults", "metrics", "navigation", "samplers")),
+    "components/user_code.py",
+    *(f"components/{family}" for family in ("actuators", "controllers", "disturbances", "effects", "faults", "forms")),
+    *(f"components/{family}" for family in ("metrics", "navigation", "samplers")),
 )
 """Parts of this package that a flight depends on: their source is part of the identity. A test walks the imports of what flies
 and finds nothing outside of them."""
@@ -72,18 +75,18 @@ def packages() -> dict[str, str]:
     return {name: version(name) for name in ("jax", "jaxlib", "matplotlib", "numpy", "pandas", "pyarrow", "scipy")}
 
 
-def _foreign(problem: Problem) -> dict[str, str]:
-    """SHA-256 of the module of every component from another package."""
-    digests: dict[str, str] = {}
-    for choice in problem.spec.components:
-        family = FAMILY_OF.get(str(choice.path[0]), "")
-        if not family:
-            continue
-        origin = members(family)[choice.use]
-        if not origin.startswith("rvjax."):
-            source = inspect.getsource(module_of(family, choice.use))
-            digests[origin] = hashlib.sha256(source.encode()).hexdigest()[:16]
-    return digests
+def _foreign(problem: Problem) -> dict[str, Any]:
+    """The code of every component that is not of this package: the digest of each file beside the campaign that is executed; of
+    an installed package its version and the digest of its code."""
+    uses = [(FAMILY_OF.get(str(choice.path[0]), ""), choice.use) for choice in problem.spec.components]
+    uses += [("metrics", name) for name in members("metrics")]
+    code: dict[str, Any] = {}
+    for family, use in uses:
+        if isinstance(use, PythonFile):
+            code |= use.digests
+        elif family and not (origin := members(family)[use].partition(":")[0]).startswith("rvjax."):
+            code[origin] = installed_code.identity(origin)
+    return code
 
 
 def source_digest(parts: Collection[str]) -> str:

@@ -99,4 +99,7 @@ def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, ro
     if differing:
         raise FolderError(f"samples {', '.join(map(str, samples))}: flown again, {', '.join(differing)} differ from the table")
     signals, measured = problem.loop.controller.signals, bool(problem.navigation)
-    return {sample: tables.trace_table(flown.steps, position, signals, measured) for position, sample in enumerate(samples)}
+    effects = {choice.name: effect for choice, effect in zip(problem.spec.effects, problem.loop.effects, strict=True)}
+    return {
+        sample: tables.trace_table(flown.steps, position, signals, measured, effects) for position, sample in enumerate(samples)
+    }

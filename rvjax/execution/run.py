@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.analysis.run_totals import Totals, wanted
 from rvjax.analysis.verdicts import Verdict, campaign_of
-from rvjax.campaign import Spec
+from rvjax.campaign import Source, Spec
 from rvjax.campaign.choice import Choice
 from rvjax.campaign.trace_retention import steps_per_row
 from rvjax.components.samplers import sampling_design_of
@@ -77,7 +77,7 @@ class FinishedRun(NamedTuple):
 
 
 def run(
-    path: str | Path,
+    path: str | Path | Source,
     out: str | Path | None = None,
     overrides: Sequence[str] = (),
     *,
@@ -110,7 +110,7 @@ def warn(findings: Sequence[Finding]) -> None:
         warnings.warn(str(finding), CampaignWarning, stacklevel=4)
 
 
-def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], options: RunOptions) -> FinishedRun:
+def fly(path: str | Path | Source, out: str | Path | None, overrides: Sequence[str], options: RunOptions) -> FinishedRun:
     """As `run`, with all options. Baseline controllers of the campaign fly the same draws into `baselines/<name>`."""
     problem, flown_by = _load(path, overrides)
     spec = problem.spec
@@ -131,14 +131,16 @@ def fly(path: str | Path, out: str | Path | None, overrides: Sequence[str], opti
     return FinishedRun(place, results.totals.account(folder.requested), results.verdicts)
 
 
-def _load(path: str | Path, overrides: Sequence[str]) -> tuple[Problem, Mapping[str, Any]]:
+def _load(path: str | Path | Source, overrides: Sequence[str]) -> tuple[Problem, Mapping[str, Any]]:
     """The problem of a campaign and its identity, in a process that is configured for its precision."""
     problem = load(path, overrides)
     jax_config.configure(problem.spec.precision)
     return problem, identity(problem)
 
 
-def _fly_baseline(path: str | Path, choice: Choice, main: RunFolder, overrides: Sequence[str], options: RunOptions) -> Totals:
+def _fly_baseline(
+    path: str | Path | Source, choice: Choice, main: RunFolder, overrides: Sequence[str], options: RunOptions
+) -> Totals:
     """Flies a baseline controller on the draws of the main run, into a run folder inside the main one."""
     overrides = (*overrides, *baseline_overrides(choice), f"samples={main.requested}")
     problem, flown_by = _load(path, overrides)

@@ -97,7 +97,8 @@ class Step(NamedTuple):
     """All values of a flight at an instant, for metrics and traces.
 
     measured: the motion with the navigation errors. command: v before the saturation; commanded: h(v); applied: after the faults;
-    disturbance: added to it [N, N·m]. thrusts: after the faults [N], empty without thrusters.
+    disturbance: added to it [N, N·m]. thrusts: after the faults [N], empty without thrusters. effects: of each effect its state
+    and its signals.
     """
 
     t: Scalar
@@ -111,14 +112,16 @@ class Step(NamedTuple):
     disturbance: Channels
     report: Report
     thrusts: Thrusts | tuple[()] = ()
+    effects: tuple[tuple[Any, Mapping[str, Any]], ...] = ()
 
 
 class State(NamedTuple):
-    """All integrated values: relative motion, target, state of the controller."""
+    """All integrated values: relative motion, target, state of the controller, states of the effects in the campaign's order."""
 
     motion: Motion
     target: TargetMotion
     control: Any
+    effects: tuple[Any, ...] = ()
 
 
 @jax.tree_util.register_pytree_node_class

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from rvjax.campaign.csv_files import INPUTS
+from rvjax.campaign.named_files import INPUTS
 from rvjax.columns import Column
 from rvjax.cores import cores
 from rvjax.errors import DamagedError, FolderError, IncompleteError, UsageError

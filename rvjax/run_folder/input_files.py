@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from rvjax.campaign.csv_files import INPUTS
+from rvjax.campaign.named_files import INPUTS
 from rvjax.errors import FolderError
 from rvjax.run_folder import atomic_files
 from rvjax.run_folder.store import compared

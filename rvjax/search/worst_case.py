@@ -31,7 +31,7 @@ from scipy import special
 
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.sentences import success_of
-from rvjax.campaign import Requirement
+from rvjax.campaign import Requirement, Source
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.draw_names import covers
 from rvjax.columns import METRIC, draw_column, metric_column
@@ -234,7 +234,9 @@ class WorstCaseSearch:
         return np.where(self._reading.chosen(frame), np.where(frame["outcome"] == "not_finite", np.nan, margin), math.inf)
 
 
-def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, vary: Sequence[str] = ()) -> WorstCaseSearch:
+def prepare(
+    path: str | Path | Source, overrides: Sequence[str] = (), number: int = 1, vary: Sequence[str] = ()
+) -> WorstCaseSearch:
     """The search of a campaign. number: of the requirement, from 1. vary: prefixes of draws; by default all draws.
 
     CampaignError with every finding, also where there is no such requirement or nothing is drawn; UsageError for an unknown draw.
@@ -260,7 +262,7 @@ def prepare(path: str | Path, overrides: Sequence[str] = (), number: int = 1, va
 
 
 def find_worst_case(
-    path: str | Path,
+    path: str | Path | Source,
     requirement: int = 1,
     overrides: Sequence[str] = (),
     *,

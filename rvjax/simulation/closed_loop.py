@@ -1,5 +1,5 @@
-"""The closed loop: navigation ▸ controller ▸ saturation ▸ faults ▸ (+ disturbances) ▸ dynamics, of a single sample at a single
-instant.
+"""The closed loop: navigation ▸ controller ▸ saturation ▸ actuators ▸ faults ▸ (+ disturbances, effects) ▸ dynamics, of a single
+sample at a single instant.
 
 ẏ = rate(t, y),   y = (relative motion, target motion, state of the controller)
 u = F(t, h(v)),   total wrench = u + d(t, y)
@@ -22,8 +22,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from rvjax.components.controllers.interface import Controller, Response
+from rvjax.components.actuators.interface import Actuator, Limits
+from rvjax.components.controllers.interface import Controller, DiscreteController, Response
 from rvjax.components.disturbances.interface import Disturbance
+from rvjax.components.effects.interface import Effect
 from rvjax.components.faults.interface import Fault
 from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.navigation.interface import NavigationError
@@ -32,20 +34,24 @@ from rvjax.physics.saturation import Saturation, saturate
 from rvjax.physics.state import Measurement, Motion, Numbers, Plant, State, Step, TargetMotion, Tick
 from rvjax.physics.thruster_allocation import ThrusterSystem
 from rvjax.physics.vectors import Channels, Scalar, Thrusts, Vector, cross, each, shadow
+from rvjax.simulation.effects_sum import effects_sum
 
 
 class Loop(NamedTuple):
     """Structure: the functions that close the loop. Fixed when the flight is compiled.
 
-    sampling: steps between two instants of a sampled controller; 0: it is continuous. gear: the thrusters, None without them.
+    sampling: steps between two instants of a sampled or discrete-time controller; 0: it is continuous. gear: the thrusters, None
+    without them.
     """
 
-    controller: Controller
+    controller: Controller | DiscreteController
     saturation: Saturation
     faults: tuple[Fault, ...]
     disturbances: tuple[Disturbance, ...]
     navigation: tuple[NavigationError, ...] = ()
     sampling: int = 0
+    actuation: tuple[Actuator, ...] = ()
+    effects: tuple[Effect, ...] = ()
     gear: ThrusterSystem | None = None
 
 
@@ -62,6 +68,8 @@ class Drawn(NamedTuple):
     gains: Numbers
     context: MetricContext
     navigation: tuple[Numbers, ...] = ()
+    actuation: tuple[Numbers, ...] = ()
+    effects: tuple[Numbers, ...] = ()
 
 
 class Sampled(NamedTuple):
@@ -73,18 +81,27 @@ class Sampled(NamedTuple):
     command: Channels
 
 
+class Discrete(NamedTuple):
+    """State, command and report of a discrete-time controller since its last instant."""
+
+    state: Any
+    command: Channels
+    report: Any
+
+
 class Held(NamedTuple):
     """Values that are updated at the start of a step and held during it.
 
-    faults, disturbances, navigation: memories of the components, in the order of the campaign. control: the last sample of a
-    sampled controller, empty if it is continuous. solved: the solution of the allocation, empty without thrusters.
-    """
+    faults, disturbances, navigation, actuation: memories of the components, in the order of the campaign. control: the last
+    sample of a sampled or discrete-time controller, empty if it is continuous. solved: the solution of the allocation, empty
+    without thrusters."""
 
     faults: tuple[Any, ...]
     disturbances: tuple[Any, ...]
     navigation: tuple[Any, ...]
-    control: Sampled | tuple[()]
+    control: Sampled | Discrete | tuple[()]
     solved: Any = ()
+    actuation: tuple[Any, ...] = ()
 
 
 def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
@@ -97,15 +114,21 @@ def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
     for error, numbers in zip(loop.navigation, drawn.navigation, strict=True):
         navigation.append(error.start(first, numbers))
         first = error.see(tick.t, first, error.keep(tick, first, navigation[-1], numbers), numbers)
+    view = measurement(tick.t, first, drawn.target, alpha(drawn.target, drawn.plant), drawn)
+    integrated = loop.controller.start(view, drawn.gains)
+    sample: Sampled | Discrete | tuple[()] = Sampled(tick.t, first, drawn.target, zero) if loop.sampling else ()
+    if isinstance(loop.controller, DiscreteController):
+        integrated, sample = (), _before_its_first_instant(loop.controller, loop, drawn, view, integrated)
     held = Held(
         faults=tuple(fault.start(idle, numbers) for fault, numbers in zip(loop.faults, drawn.faults, strict=True)),
         disturbances=tuple(d.start(numbers) for d, numbers in zip(loop.disturbances, drawn.disturbances, strict=True)),
         navigation=tuple(navigation),
-        control=Sampled(tick.t, first, drawn.target, zero) if loop.sampling else (),
+        control=sample,
         solved=loop.gear.allocation.idle(zero) if loop.gear is not None else (),
+        actuation=tuple(actuator.start(idle, numbers) for actuator, numbers in zip(loop.actuation, drawn.actuation, strict=True)),
     )
-    view = measurement(tick.t, first, drawn.target, alpha(drawn.target, drawn.plant), drawn)
-    return State(motion, drawn.target, loop.controller.start(view, drawn.gains)), held
+    effects = tuple(effect.start(numbers) for effect, numbers in zip(loop.effects, drawn.effects, strict=True))
+    return State(motion, drawn.target, integrated, effects), held
 
 
 def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Tick | None = None) -> tuple[State, Step, Held]:
@@ -118,19 +141,23 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
     response, control = commands(loop, drawn, view, y.control, actuators, held.control, tick=tick)
 
     commanded, _ = actuators(response.command)
-    applied, thrusts, faults, solved = actuated(loop, drawn, t, commanded, held, tick)
+    applied, thrusts, acted = actuated(loop, drawn, t, commanded, held, tick)
     known = relative(y.motion, y.target, alpha_t, plant.port)
     disturbance, disturbances = disturbance_sum(loop, drawn, t, y, known, held.disturbances, tick=tick)
 
     moment = applied.torque - cross(plant.centre, applied.force)  # about the centre of mass
+    wrench = Channels(applied.force, moment) + disturbance
+    wrench, rates, signals = effects_sum(loop.effects, drawn.effects, y.effects, t, known, plant, wrench)
     rate = State(
-        motion=motion_rate(y.motion, known, plant, Channels(applied.force, moment) + disturbance),
+        motion=motion_rate(y.motion, known, plant, wrench),
         target=target_rate(y.target, alpha_t),
         control=response.rate,
+        effects=rates,
     )
     command = response.command
     step = Step(t, y.motion, motion, y.target, plant, command, commanded, applied, disturbance, response.report, thrusts)
-    return rate, step, Held(faults, disturbances, navigation, control, solved)
+    step = step._replace(effects=tuple(zip(y.effects, signals, strict=True)))
+    return rate, step, acted._replace(disturbances=disturbances, navigation=navigation, control=control)
 
 
 def alpha(target: TargetMotion, plant: Plant) -> Vector:
@@ -155,15 +182,40 @@ def measured(
     return motion, tuple(kept)
 
 
+def _before_its_first_instant(
+    controller: DiscreteController, loop: Loop, drawn: Drawn, view: Measurement, state: Any
+) -> Discrete:
+    """A discrete-time controller before t = 0: its state, and zeros in the form of its command and report."""
+    actuators = partial(saturate, loop.saturation, upper=drawn.plant.upper, lower=drawn.plant.lower)
+    command, _, report = controller.update(view, state, actuators, drawn.gains)
+    return Discrete(state, *jax.tree.map(lambda x: x * 0.0, (command, report)))
+
+
 def commands(
-    loop: Loop, drawn: Drawn, view: Measurement, state: Any, actuators: Any, control: Sampled | tuple[()], *, tick: Tick | None
-) -> tuple[Response, Sampled | tuple[()]]:
+    loop: Loop,
+    drawn: Drawn,
+    view: Measurement,
+    state: Any,
+    actuators: Any,
+    control: Sampled | Discrete | tuple[()],
+    *,
+    tick: Tick | None,
+) -> tuple[Response, Sampled | Discrete | tuple[()]]:
     """The controller's response to the present measurement, or to that of its last instant (zero-order hold).
 
-    Between two instants a sampled controller integrates its state with the last measurement.
+    Between two instants a sampled controller integrates its state with the last measurement; a discrete-time controller has no
+    state that is integrated.
     """
+    controller = loop.controller
+    if isinstance(controller, DiscreteController):
+        assert isinstance(control, Discrete)
+        held: Discrete = control
+        if tick is not None:
+            due = tick.k % loop.sampling == 0
+            held = jax.lax.cond(due, partial(_updated, controller, drawn, view, actuators), lambda held: held, held)
+        return Response(held.command, state, held.report), held
     if not isinstance(control, Sampled):
-        return loop.controller.respond(view, state, actuators, drawn.gains), control
+        return controller.respond(view, state, actuators, drawn.gains), control
     due = False if tick is None else tick.k % loop.sampling == 0
 
     def latest(new: Any, old: Any) -> Any:
@@ -171,9 +223,15 @@ def commands(
 
     last = latest(Sampled(view.t, view.motion, view.target, control.command), control)
     last_view = measurement(last.t, last.motion, last.target, alpha(last.target, drawn.plant), drawn)
-    response = loop.controller.respond(last_view, state, actuators, drawn.gains)
+    response = controller.respond(last_view, state, actuators, drawn.gains)
     command = latest(response.command, control.command)
     return response._replace(command=command), last._replace(command=command)
+
+
+def _updated(controller: DiscreteController, drawn: Drawn, view: Measurement, actuators: Any, held: Discrete) -> Discrete:
+    """A discrete-time controller after an instant, in the types of before."""
+    command, state, report = controller.update(view, held.state, actuators, drawn.gains)
+    return jax.tree.map(lambda new, old: jnp.asarray(new, jnp.result_type(old)), Discrete(state, command, report), held)
 
 
 def true_limits(plant: Plant) -> Any:
@@ -183,18 +241,34 @@ def true_limits(plant: Plant) -> Any:
 
 def actuated(
     loop: Loop, drawn: Drawn, t: Scalar, commanded: Channels, held: Held, tick: Tick | None
-) -> tuple[Channels, Thrusts | tuple[()], tuple[Any, ...], Any]:
-    """(applied wrench, thrusts after the faults, memories of the faults, solution of the allocation)."""
+) -> tuple[Channels, Thrusts | tuple[()], Held]:
+    """(applied wrench, thrusts after the faults, held values with the memories of actuators and faults and the allocation)."""
     most = drawn.plant.thrust
     if loop.gear is None or not isinstance(most, Thrusts):
-        applied, faults = after_faults(loop, drawn, t, commanded, held.faults, tick)
-        return applied, (), faults, held.solved
+        driven, actuation = after_actuators(loop, drawn, t, commanded, held.actuation, tick)
+        applied, faults = after_faults(loop, drawn, t, driven, held.faults, tick)
+        return applied, (), held._replace(faults=faults, actuation=actuation)
     allocation = loop.gear.allocation
     solved = held.solved if tick is None else allocation.solve(commanded)
     opened = allocation.follow(commanded, solved) * most
-    failed, faults = after_faults(loop, drawn, t, opened, held.faults, tick)
+    driven, actuation = after_actuators(loop, drawn, t, opened, held.actuation, tick)
+    failed, faults = after_faults(loop, drawn, t, driven, held.faults, tick)
     thrusts = each(lambda f, top: jnp.clip(f, 0.0, top), failed, most)
-    return loop.gear.wrench(thrusts), thrusts, faults, solved
+    return loop.gear.wrench(thrusts), thrusts, held._replace(faults=faults, actuation=actuation, solved=solved)
+
+
+def after_actuators(
+    loop: Loop, drawn: Drawn, t: Scalar, wrench: Any, memories: tuple[Any, ...], tick: Tick | None
+) -> tuple[Any, tuple[Any, ...]]:
+    """The wrench, or the thrusts, after every actuator in turn, in the order of the campaign, and the memories."""
+    upper = true_limits(drawn.plant)
+    limits = Limits(upper, upper * 0.0 if isinstance(upper, Thrusts) else drawn.plant.lower)
+    kept: list[Any] = []
+    for actuator, numbers, memory in zip(loop.actuation, drawn.actuation, memories, strict=True):
+        now = memory if tick is None else actuator.keep(tick, wrench, memory, limits, numbers)
+        wrench = actuator.act(t, wrench, now, limits, numbers)
+        kept.append(now)
+    return wrench, tuple(kept)
 
 
 def after_faults(

@@ -184,6 +184,8 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
         faults=faults,
         disturbances=tuple(draws.numbers(part) for part in problem.disturbances),
         navigation=tuple(draws.numbers(part) for part in problem.navigation),
+        actuation=tuple(draws.numbers(part) for part in problem.actuation),
+        effects=tuple(draws.numbers(part) for part in problem.effects),
         gains=draws.numbers(problem.controller, below="gains"),
         context=_context(problem, draws, port, faults),
     )
@@ -240,4 +242,5 @@ def _context(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers
         axis=port / np.where(length > 0.0, length, 1.0),
         step_s=draws.same(spec.horizon.step_s),
         margins=tuple(map(draws.same, problem.margins)),
+        chosen=tuple(draws.numbers(part) for part in problem.chosen),
     )

@@ -111,4 +111,4 @@ def accumulate(
 
 def finite(y: State) -> Scalar:
     """Whether every number of the state is finite. x − x is 0 for a finite x, NaN otherwise."""
-    return sum(x - x for x in jax.tree.leaves(y)) == 0
+    return sum(x - x if jnp.ndim(x) == 0 else jnp.sum(x - x) for x in jax.tree.leaves(y)) == 0

@@ -17,22 +17,27 @@ from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.choice import Choice
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.distributions import Fixed
+from rvjax.campaign.model import not_whole
 from rvjax.campaign.nominal_body import NominalBody
 from rvjax.campaign.plain_values import Place, describe
+from rvjax.campaign.python_files import PythonFile, is_python_file
 from rvjax.campaign.schedule import Schedule
 from rvjax.columns import CHANNELS, Column, metric_and_channel
+from rvjax.components.controllers.interface import DiscreteController
 from rvjax.components.faults.interface import FaultParameters
 from rvjax.components.metrics.interface import Metric
-from rvjax.components.registry import FAMILY_OF, Component, component, members
+from rvjax.components.registry import FAMILY_OF, Component, component, members, standard_metrics
 from rvjax.errors import CampaignError, Finding
 from rvjax.physics.saturation import SATURATIONS
 from rvjax.physics.thruster_allocation import Allocation, ThrusterSystem, bounded_least_squares, pseudo_inverse, wrench
-from rvjax.simulation import requirement_checks
+from rvjax.simulation import jax_config, requirement_checks
+from rvjax.simulation.chosen_metrics import with_chosen
 from rvjax.simulation.closed_loop import Loop
 from rvjax.simulation.dispersions import Dispersions, resolve
 from rvjax.simulation.margin_checks import AvailableSignals, ControllerChoice, controller_of
 from rvjax.simulation.outline import Entry, Outline
 from rvjax.simulation.temporal_margins import margins_metric
+from rvjax.simulation.user_checks import unused
 
 NEVER = Fixed(1e30)
 """Onset [s] of a fault on a channel that it does not act on."""
@@ -62,6 +67,7 @@ class Problem:
     """A campaign, ready to draw and fly.
 
     loop, metrics: the compiled functions. controller, faults, disturbances, navigation: the quantities of their functions.
+    actuation, effects: those of the actuators and the effects. chosen: those of the metrics that the campaign chooses.
     margins: the numbers of the temporal margins. dispersions: how numbers are drawn. fingerprint: SHA-256 of all that determines
     the draws and the flights. structure: SHA-256 of all that determines the compiled program.
     """
@@ -73,6 +79,9 @@ class Problem:
     faults: tuple[Part, ...]
     disturbances: tuple[Part, ...]
     navigation: tuple[Part, ...]
+    actuation: tuple[Part, ...]
+    effects: tuple[Part, ...]
+    chosen: tuple[Part, ...]
     margins: tuple[float, ...]
     dispersions: Dispersions
     fingerprint: str
@@ -137,16 +146,23 @@ def _baselines(problem: Problem) -> dict[str, Problem]:
 def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Problem:
     """The problem of a campaign, from the results of `parse`. CampaignError with every finding."""
     outline = Outline.of(source)
-    metrics: tuple[Metric, ...] = tuple(component("metrics", name) for name in members("metrics"))
+    metrics: tuple[Metric, ...] = standard_metrics()
+    if any(isinstance(entry.raw["use"], PythonFile) for entry in outline.components):
+        _configure(source)  # the code of a user may start JAX
     parameters: dict[Place, Model] = {}
     body = NominalBody.of_campaign(spec, source)
     for entry in outline.components:
         if entry.section == "faults" and not outline.actuators:
             continue  # the names of the actuators are unknown until these are right
-        model, more = _parameters(entry, outline, body, source)
+        try:
+            model, more = _parameters(entry, outline, body, source)
+        except CampaignError as error:  # of a user's code
+            model, more = None, [*error.findings]
         findings += more
         if model is not None:
             parameters[entry.place] = model
+    metrics, more = with_chosen(metrics, outline, parameters, source)
+    findings += more
     available = _available_signals(outline, parameters) if outline.margins is not None else None
     findings += available.findings(outline.margins, source) if available is not None else []
     findings += _unknown_metrics(source, outline, [name for metric in metrics for name in metric.columns])
@@ -165,13 +181,17 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
     part: dict[Place, Part] = {}
     build: dict[Place, Any] = {}
     drawn: dict[str, Quantity] = {}
-    for choice in (spec.controller, *spec.faults, *spec.disturbances, *spec.navigation):
+    for choice in spec.flying:
         model, member = parameters[choice.path], component(FAMILY_OF[str(choice.path[0])], choice.use)
         build[choice.path] = member.build(model)
         schedule = model.schedule if isinstance(model, FaultParameters) else None
         quantities = {name: quantity for name, quantity in model.quantities().items() if not name.startswith("schedule.")}
         part[choice.path] = Part(choice.prefix, quantities, member.noisy, schedule, member, model, choice.path)
         drawn |= model.quantities(choice.prefix)
+    if len(implicit := [choice for choice in spec.effects if build[choice.path].implicit]) > 1:
+        accepted = f"accepted: one effect whose reaction depends on the acceleration, beside {implicit[0].name} none"
+        found = f"{implicit[1].use} and {implicit[0].use} each need the acceleration that the other changes"
+        raise CampaignError([spec.source.finding(implicit[1].path, found, accepted)])
     dispersions = resolve(spec, spec.quantities() | drawn, sampler.build(parameters[spec.sampler.path]))
     if wrong := requirement_checks.findings(spec, dispersions.columns):
         raise CampaignError(wrong)
@@ -183,7 +203,9 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
             faults=tuple(build[choice.path] for choice in spec.faults),
             disturbances=tuple(build[choice.path] for choice in spec.disturbances),
             navigation=tuple(build[choice.path] for choice in spec.navigation),
-            sampling=spec.horizon.control_steps,
+            actuation=tuple(build[choice.path] for choice in spec.actuation),
+            effects=tuple(build[choice.path] for choice in spec.effects),
+            sampling=_sampling(spec, build[spec.controller.path]),
             gear=_gear(spec.actuators) if isinstance(spec.actuators, Thrusters) else None,
         ),
         metrics=metrics,
@@ -191,11 +213,36 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         faults=tuple(part[choice.path] for choice in spec.faults),
         disturbances=tuple(part[choice.path] for choice in spec.disturbances),
         navigation=tuple(part[choice.path] for choice in spec.navigation),
+        actuation=tuple(part[choice.path] for choice in spec.actuation),
+        effects=tuple(part[choice.path] for choice in spec.effects),
+        chosen=tuple(part[choice.path] for choice in spec.metrics),
         margins=margins,
         dispersions=dispersions,
         fingerprint=spec.fingerprint(parameters),
         structure=spec.structure(parameters),
     )
+
+
+def _sampling(spec: Spec, controller: Any) -> int:
+    """Steps between two instants of the controller; 0: it is continuous. CampaignError where a discrete-time controller has no
+    period, or one that is not a whole number of steps."""
+    if not isinstance(controller, DiscreteController):
+        return spec.horizon.control_steps
+    place = (*spec.controller.path, "period_s")
+    if controller.period_s is None:
+        if spec.horizon.control_period_s is None:
+            accepted = "accepted: period_s here, or horizon.control_period_s, a whole number of steps"
+            raise CampaignError([spec.source.finding(place, "a discrete-time controller without a period", accepted)])
+        return spec.horizon.control_steps
+    if wrong := not_whole(controller.period_s, spec.horizon.step_s):
+        raise CampaignError([spec.source.finding(place, wrong.message, wrong.accepted)])
+    return round(controller.period_s / spec.horizon.step_s)
+
+
+def _configure(source: Source) -> None:
+    """Configures JAX for the campaign, as far as its precision is right."""
+    precision = (source.value or {}).get("precision", "float64")
+    jax_config.configure("float32" if precision == "float32" else "float64")
 
 
 def _gear(thrusters: Thrusters) -> ThrusterSystem:
@@ -213,17 +260,50 @@ def _parameters(entry: Entry, outline: Outline, body: NominalBody, source: Sourc
     section, place, raw = entry
     known = SATURATIONS if section == "saturation" else members(FAMILY_OF[section])
     use = raw["use"]
-    if use not in known:
-        return None, [source.finding((*place, "use"), f"{describe(use)} is not known here", did_you_mean(use, known))]
+    if is_python_file(use) and not isinstance(use, PythonFile):
+        return None, []  # there is a finding about the file already
+    if isinstance(use, PythonFile) and section == "saturation":
+        return None, [source.finding((*place, "use"), "a file of yours is not flown here", f"accepted: {', '.join(known)}")]
+    if use not in known and not isinstance(use, PythonFile):
+        what, flag = _OWN.get(section, ("", ""))
+        yours = f"; or ./FILE.py with {what}, such as `rvjax init --{flag} FILE.py` writes" if what else ""
+        return None, [source.finding((*place, "use"), f"{describe(use)} is not known here", did_you_mean(use, known) + yours)]
     values = {key: value for key, value in raw.items() if key not in ("use", "name")}
     if section == "saturation":
         return validate(Model, values, place, source)
     actuators = outline.actuators if section == "faults" else CHANNELS
-    form = component(FAMILY_OF[section], use).parameters
+    member: Component[Any] | Metric = component(FAMILY_OF[section], use)
+    if not isinstance(member, Component):
+        return None, [source.finding((*place, "use"), f"{use} is on in every campaign", "accepted: no entry for it")]
+    form: type[Model] = member.parameters
     model, findings = validate(form, body.complete(form, values), place, source, actuators)
     if isinstance(model, FaultParameters):
         model = _on_channels(model)
+    if model is not None and isinstance(use, PythonFile):
+        thrusters = 0 if outline.actuators == CHANNELS else len(outline.actuators)
+        dead = unused(use, FAMILY_OF[section], member, model, thrusters)
+        findings += [_without_use(name, member, place, use, source) for name in dead]
     return model, findings
+
+
+_OWN = {
+    "controller": ("a controller", "controller"),
+    "baselines": ("a controller", "controller"),
+    "actuation": ("an actuator", "actuator"),
+    "effects": ("an effect", "effect"),
+    "faults": ("a fault", "fault"),
+    "disturbances": ("a disturbance", "disturbance"),
+    "navigation": ("a navigation error", "navigation"),
+    "metrics": ("a metric", "metric"),
+}
+"""Section → what a user's file can hold for it, and the option of `rvjax init` that writes such a file."""
+
+
+def _without_use(name: str, member: Component[Any], place: Place, file: PythonFile, source: Source) -> Finding:
+    """A finding about a number that the code of a component does not use."""
+    gains = member.parameters.model_fields.get("gains")
+    below = ("gains", name) if gains is not None and name in getattr(gains.annotation, "model_fields", {}) else (name,)
+    return source.finding((*place, *below), f"{file.file} does not use {name}", "accepted: a parameter that something depends on")
 
 
 def _on_channels(model: FaultParameters) -> FaultParameters:

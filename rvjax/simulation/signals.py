@@ -15,19 +15,24 @@ The columns of the trace table (`recorded`), and numbers that follow from them (
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from rvjax.campaign import Quantity
 from rvjax.columns import AXES, CHANNELS, SIGNAL, Column
 from rvjax.components.controllers.interface import WRENCH, Controller
+from rvjax.components.effects.interface import Effect
 from rvjax.physics.state import Measurement, Motion, Numbers, Step, TargetMotion
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, dot, each, largest, norm
+
+UNSAID = "?"
+"""Unit of a signal that its controller does not declare."""
 
 
 @dataclass(frozen=True)
@@ -43,22 +48,51 @@ def unit_of(channel: str) -> str:
     return "N" if channel[0] == "f" else "N·m"
 
 
-def recorded(meanings: Mapping[str, Column], values: Mapping[str, Any], measured: bool, thrusters: int) -> dict[str, Signal]:
+def recorded(
+    meanings: Mapping[str, Column],
+    values: Mapping[str, Any],
+    measured: bool,
+    thrusters: int,
+    effects: Mapping[str, tuple[Effect, Any]] | None = None,
+) -> dict[str, Signal]:
     """The columns of a trace, by name and in their order; everything in SI, frames as in `rvjax.physics.state`.
 
-    meanings: of the signals of the controller; values: a value of each, whose type says its components. measured: include the
-    measured motion. thrusters: their number.
+    meanings: of the declared signals of the controller; values: a value of each signal, whose type says its components. measured:
+    include the measured motion. thrusters: their number. effects: name → (effect, its state and its signals at an instant).
     """
     signals = [Signal(Column("t_s", "s", "time"), lambda step: step.t), *_motion(measured), *_wrenches()]
     for i in range(thrusters):
         column = Column(f"thrust_t{i + 1}_N", "N", f"thrust of t{i + 1} behind the faults")
         signals.append(Signal(column, lambda step, i=i: thrusts(step)[i]))
-    for name, meaning in meanings.items():
+    for name in (*meanings, *sorted(values.keys() - meanings.keys())):
+        meaning = meanings.get(name, Column(name, UNSAID, name))
         for suffix in _parts(values[name]):
             unit = unit_of(suffix[1:]) if meaning.unit == WRENCH else meaning.unit
             column = Column(f"{SIGNAL}{name}{suffix}", unit, f"{meaning.description}, a signal of the controller")
             signals.append(Signal(column, lambda step, name=name, suffix=suffix: _parts(step.report.signals[name])[suffix]))
+    for index, (name, (effect, (state, given))) in enumerate((effects or {}).items()):
+        signals += _of_effect(index, name, effect, state, given)
     return {signal.column.name: signal for signal in signals}
+
+
+def _of_effect(index: int, name: str, effect: Effect, state: Any, given: Mapping[str, Any]) -> Iterator[Signal]:
+    """The columns of an effect: the leaves of its state, and its signals."""
+    stem = f"effects.{name}."
+    for number, (path, leaf) in enumerate(jax.tree_util.tree_flatten_with_path(state)[0]):
+        place = jax.tree_util.keystr(path, simple=True, separator="_") or "state"
+        for entry in np.ndindex(leaf.shape[1:]) if np.ndim(leaf) > 1 else ((),):
+            ending = "".join(f"_{i + 1}" for i in entry)
+
+            def get(step: Step, number: int = number, entry: tuple[int, ...] = entry) -> Any:
+                values = jax.tree.leaves(step.effects[index][0])[number]
+                return values[(..., *entry)] if entry else values
+
+            yield Signal(Column(f"{stem}{place}{ending}", UNSAID, f"state of the effect {name}"), get)
+    for signal in (*effect.signals, *sorted(given.keys() - effect.signals.keys())):
+        meaning = effect.signals.get(signal, Column(signal, UNSAID, signal))
+        for suffix in _parts(given[signal]):
+            column = Column(f"{stem}{signal}{suffix}", meaning.unit, f"{meaning.description}, a signal of the effect {name}")
+            yield Signal(column, lambda step, signal=signal, suffix=suffix: _parts(step.effects[index][1][signal])[suffix])
 
 
 def _motion(measured: bool) -> list[Signal]:

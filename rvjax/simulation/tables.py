@@ -13,6 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from rvjax.columns import CHANNELS, Column, draw_column, metric_column
+from rvjax.components.effects.interface import Effect
 from rvjax.physics.state import Step
 from rvjax.simulation.batch import Flown
 from rvjax.simulation.draws import Draws
@@ -75,15 +76,20 @@ def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np
 
 
 def trace_table(
-    steps: list[Step], position: int, signals: Mapping[str, Column], measured: bool
+    steps: list[Step],
+    position: int,
+    signals: Mapping[str, Column],
+    measured: bool,
+    effects: Mapping[str, Effect] | None = None,
 ) -> tuple[pd.DataFrame, dict[str, Column]]:
     """A row per observed step of a traced sample, in SI; frames as in `rvjax.physics.state`.
 
-    signals: of the controller. measured: include the measured motion.
+    signals: of the controller. measured: include the measured motion. effects: of the campaign, by name.
     """
     first = steps[0]
     shape = first.motion.rho.x.shape  # all samples share the time
-    columns = recorded(signals, first.report.signals, measured, len(thrusts(first)))
+    moving = {name: (effect, first.effects[index]) for index, (name, effect) in enumerate((effects or {}).items())}
+    columns = recorded(signals, first.report.signals, measured, len(thrusts(first)), moving)
     data = {
         name: np.array([np.broadcast_to(signal.get(step), shape)[position] for step in steps]) for name, signal in columns.items()
     }

@@ -60,7 +60,7 @@ def test_a_fault_from_elsewhere_is_one_like_ours(monkeypatch: pytest.MonkeyPatch
     problem = load(CAMPAIGN, ["faults=[{use: creep, onset_s: 30, rate: {uniform: [0, 0.01]}, channels: [fx]}]"])
     assert problem.faults[0].prefix == "faults.creep"
     configure()
-    assert list(identity(problem)["components"]) == ["drifting:COMPONENT"]
+    assert list(identity(problem)["components"]) == ["drifting"]
     assert identity(load(CAMPAIGN))["components"] == {}
 
 

@@ -21,7 +21,7 @@ from rvjax.campaign.formula import MOST
 from rvjax.columns import metric_and_channel
 from rvjax.components.manual import campaign_schema
 from rvjax.components.manual_lookup import pages_called
-from rvjax.components.registry import component, members
+from rvjax.components.registry import standard_metrics
 from rvjax.errors import CampaignError
 from rvjax.report.number_format import label
 from rvjax.simulation import temporal_margins
@@ -56,7 +56,7 @@ def test_the_documented_margins_are_margins(said: Any) -> None:
 def test_without_margins_nothing_is_another_one_than_before() -> None:
     """What is compiled, and the numbers that it gets. Kills: a fold or a number that is there although nothing asks for it."""
     problem = load(CAMPAIGN)
-    assert problem.metrics == tuple(component("metrics", name) for name in members("metrics"))
+    assert problem.metrics == standard_metrics()
     assert problem.margins == Draws.of(problem, np.arange(2))[1].context.margins == ()
     assert with_margins({}).metrics == problem.metrics
 

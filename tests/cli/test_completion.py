@@ -45,7 +45,7 @@ def test_places_of_set_are_those_of_the_campaign(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "offered"),
     [
-        ("rvjax ch", {"check"}),
+        ("rvjax ch", {"check", "check-component"}),
         ("rvjax check --js", {"--json"}),
         ("rvjax explain pd-", {"pd-plus"}),
         ("rvjax run {campaign} --set controller.us", {"controller.use="}),

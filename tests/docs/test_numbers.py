@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks import fair
 from rvjax.analysis import baseline, run_totals
-from rvjax.campaign import Spec, csv_files, load, thruster_layout
+from rvjax.campaign import Spec, load, named_files, thruster_layout
 from rvjax.campaign.trace_retention import TRACE_ROWS, Keep
 from rvjax.components.controllers.saturated_adaptive import Gains
 from rvjax.components.metrics import saturation
@@ -64,7 +64,7 @@ CLAIMS = [
     ("docs/campaigns.md", f"among the first {run_totals.HEAD * LANES:,} |"),
     ("docs/campaigns.md", f"first {chunks.ENVELOPE_CHUNKS * LANES:,} samples ({WORDS[chunks.ENVELOPE_CHUNKS]} chunks)"),
     ("docs/campaigns.md", f"at {chunks.ENVELOPE_INSTANTS + 1} instants"),
-    ("docs/campaigns.md", f"all files together may have {csv_files.MOST_BYTES // 2**20} MiB"),
+    ("docs/campaigns.md", f"all files together may have {named_files.MOST_BYTES // 2**20} MiB"),
     ("docs/campaigns.md", f"{thruster_layout.FEWEST} to {thruster_layout.MOST} thrusters"),
     ("docs/campaigns.md", f"fewer than 1 in {1 / LEAST_ACCEPTED:g} draws is physical"),
     ("docs/ci.md", f"the first {baseline.MOST:,} samples"),

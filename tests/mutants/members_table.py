@@ -141,12 +141,18 @@ MUTANTS = (
         "physics/test_navigation.py::test_the_controller_starts_on_what_it_sees",
     ),
     # sampled control
-    Mutant("a command at every step", "simulation/closed_loop.py", "tick.k % loop.sampling == 0", "tick.k >= 0", BY_HAND),
+    Mutant(
+        "a command at every step",
+        "simulation/closed_loop.py",
+        "False if tick is None else tick.k % loop.sampling == 0",
+        "tick is not None",
+        BY_HAND,
+    ),
     Mutant(
         "an own state that sees the present",
         "simulation/closed_loop.py",
-        "loop.controller.respond(last_view, state",
-        "loop.controller.respond(view, state",
+        "controller.respond(last_view, state",
+        "controller.respond(view, state",
         BY_HAND,
     ),
     Mutant(

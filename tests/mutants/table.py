@@ -6,7 +6,7 @@ wrong words, files and exit codes.
 
 from __future__ import annotations
 
-from tests.mutants import command_table, data_table, flight_table, members_table, product_table
+from tests.mutants import command_table, data_table, flight_table, members_table, product_table, user_table
 from tests.mutants.mutant import Mutant
 
 MUTANTS: tuple[Mutant, ...] = (
@@ -15,4 +15,5 @@ MUTANTS: tuple[Mutant, ...] = (
     *data_table.MUTANTS,
     *product_table.MUTANTS,
     *command_table.MUTANTS,
+    *user_table.MUTANTS,
 )

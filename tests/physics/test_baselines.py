@@ -12,6 +12,7 @@ import pytest
 from pydantic import ValidationError
 
 from rvjax.components.controllers import anti_windup, command_filtered, disturbance_observer, nominal_backstepping, sliding_mode
+from rvjax.components.controllers.interface import DiscreteController
 from rvjax.components.registry import component, members
 from rvjax.physics import backstepping
 from rvjax.physics.dynamics import relative
@@ -139,16 +140,18 @@ def test_what_a_controller_gives(name: str) -> None:
         for here in (one, goal):
             measurement = look(here)._replace(t=jnp.asarray(0.0, kind))
             control = jax.tree.map(lambda x, kind=kind: jnp.asarray(x, kind), law.start(measurement, here.gains))
-            response = law.respond(measurement, control, actuators(here, "smooth-tanh"), here.gains)
-            assert jax.tree.structure(response.rate) == jax.tree.structure(control)
-            assert isinstance(response.command, Channels)
-            assert isinstance(response.report.chi, Channels)
-            assert response.report.signals.keys() == law.signals.keys()
+            answer = law.update if isinstance(law, DiscreteController) else law.respond
+            response = answer(measurement, control, actuators(here, "smooth-tanh"), here.gains)
+            command, rate, report = response
+            assert jax.tree.structure(rate) == jax.tree.structure(control)
+            assert isinstance(command, Channels)
+            assert isinstance(report.chi, Channels)
+            assert report.signals.keys() == law.signals.keys()
             for x in jax.tree.leaves(response):
                 assert jnp.asarray(x).dtype == kind
-                assert jnp.shape(x) == ()
-                assert np.isfinite(x)
-            again = law.respond(measurement, control, actuators(here, "smooth-tanh"), here.gains)
+                assert np.all(np.isfinite(x))
+            assert all(jnp.shape(x) == () for x in jax.tree.leaves((command, report)))
+            again = answer(measurement, control, actuators(here, "smooth-tanh"), here.gains)
             jax.tree.map(np.testing.assert_array_equal, response, again)
 
 

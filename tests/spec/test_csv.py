@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rvjax.campaign import Model, Quantity, Series, Spec, csv_text, load, parse, scalar, series, validate
-from rvjax.campaign import csv_files as csvfiles
-from rvjax.campaign.csv_files import attach
+from rvjax.campaign import Model, Quantity, Series, Spec, csv_text, load, named_files, parse, scalar, series, validate
+from rvjax.campaign.attachments import attach
 from rvjax.campaign.distributions import Empirical, Fixed
 from rvjax.campaign.source import read
 from rvjax.errors import CampaignError, Finding
@@ -140,7 +139,7 @@ def test_files_that_hold_no_table(text: str, fragment: str, tmp_path: Path) -> N
 
 def test_files_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All together in bytes, each in cells. Kills a limit for each file alone: many files of the limit are as bad as one."""
-    monkeypatch.setattr(csvfiles, "MOST_BYTES", 1024 * 1024)
+    monkeypatch.setattr(named_files, "MOST_BYTES", 1024 * 1024)
     row = "95\n" * 150_000
     two = with_mass(TABLE).replace("nu_m_s: {box: 0.1}", "nu_m_s: {table: {csv: other.csv, column: mass_kg}}")
     path = place(tmp_path, two, masses=f"mass_kg\n{row}", other=f"mass_kg\n{row * 2}")

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from rvjax.campaign import load, parse
-from rvjax.campaign.csv_text import RefusedFile, decoded, parsed
+from rvjax.campaign.csv_text import decoded, parsed
 from rvjax.campaign.distributions import Empirical
+from rvjax.campaign.named_files import RefusedFile
 from rvjax.errors import CampaignError
 from rvjax.simulation.problem import load as load_problem
 from tests.short import CAMPAIGN

@@ -10,4 +10,5 @@ MEMBERS = {
     "anti-windup": "rvjax.components.controllers.anti_windup",
     "command-filtered": "rvjax.components.controllers.command_filtered",
     "disturbance-observer": "rvjax.components.controllers.disturbance_observer",
+    "lqr-kalman": "rvjax.components.controllers.lqr_kalman",
 }

@@ -30,6 +30,19 @@ class Response(NamedTuple):
     report: Report
 
 
+class DiscreteController(NamedTuple):
+    """A controller that acts at the instants of its period only; its command is held in between.
+
+    start(measurement, gains) → its state at t = 0; update(measurement, state, saturate, gains) → (command, new state, report).
+    period_s: of its own, None for that of the campaign.
+    """
+
+    start: Callable[[Measurement, Numbers], Any]
+    update: Callable[[Measurement, Any, Saturate, Numbers], tuple[Channels, Any, Report]]
+    signals: Mapping[str, Column] = {}
+    period_s: float | None = None
+
+
 class Controller(NamedTuple):
     """start(measurement, gains) → the controller's state at t = 0; respond(measurement, state, saturate, gains) → `Response`.
 

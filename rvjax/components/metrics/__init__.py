@@ -1,5 +1,6 @@
 """Metrics: a file per member. Each accumulates over the steps of a flight and gives columns of the samples table
-(`rvjax.components.metrics.interface`)."""
+(`rvjax.components.metrics.interface`). A `Metric` is on in every campaign; a component with parameters is on where the campaign
+chooses it under `metrics`."""
 
 from __future__ import annotations
 
@@ -10,4 +11,5 @@ MEMBERS = {
     "effort": "rvjax.components.metrics.effort",
     "adaptation": "rvjax.components.metrics.adaptation",
     "approach": "rvjax.components.metrics.approach",
+    "keep-out": "rvjax.components.metrics.keep_out",
 }

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from rvjax.columns import Column
-from rvjax.physics.state import Step
+from rvjax.physics.state import Numbers, Step
 from rvjax.physics.vectors import Scalar, Vector
 
 
@@ -16,7 +16,8 @@ class MetricContext(NamedTuple):
     tube_m, tube_mrp: radius of the position and attitude tubes; window_start_s: start of the closing window; duration_s: horizon;
     last_onset_s: onset of the last fault inside the horizon (−∞ without); cone: cosine of the approach cone's half-angle;
     axis: unit vector of the docking axis, in T; step_s: integration step; margins: thresholds, scales and windows of the temporal
-    margins, in the order of `rvjax.simulation.temporal_margins`.
+    margins, in the order of `rvjax.simulation.temporal_margins`. chosen: the numbers of each metric that the campaign chooses, in
+    its order; numbers: of the metric that is called, where it has parameters.
     """
 
     tube_m: Scalar
@@ -28,6 +29,8 @@ class MetricContext(NamedTuple):
     axis: Vector
     step_s: Scalar
     margins: tuple[Scalar, ...] = ()
+    chosen: tuple[Numbers, ...] = ()
+    numbers: Numbers = Numbers({})
 
 
 class Metric(NamedTuple):
@@ -37,6 +40,8 @@ class Metric(NamedTuple):
 
     weight [s]: quadrature weight of the step (trapezoidal rule), so that Σ weight f(t) ≈ ∫ f dt.
     """
+
+    family = "metrics"
 
     columns: Mapping[str, Column]
     start: Callable[[MetricContext], Any]

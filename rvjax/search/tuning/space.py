@@ -41,10 +41,10 @@ class Space:
     fixed: Mapping[str, float]
 
     @classmethod
-    def of(cls, path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tuning]:
+    def of(cls, path: str | Path | Source, overrides: Sequence[str] = ()) -> tuple[Space, Tuning]:
         """The space of a campaign with a section `tune`. CampaignError with every finding: no such section, places that are none,
         ends of ranges that the campaign refuses."""
-        given = read(path)
+        given = path if isinstance(path, Source) else read(path)
         problem = load(given, overrides)
         source, tuning = problem.spec.source, problem.spec.tune
         if tuning is None:

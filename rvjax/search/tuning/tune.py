@@ -19,7 +19,7 @@ import numpy as np
 from scipy.stats import rankdata
 
 from rvjax.analysis.verdicts.folders import SEARCH
-from rvjax.campaign import Spec, validate
+from rvjax.campaign import Source, Spec, validate
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.plain_values import describe
 from rvjax.campaign.tuning import Tuning
@@ -57,7 +57,7 @@ SEED = 20181
 """Of permutations and bootstraps."""
 
 
-def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tuning, Method[Any], Any]:
+def prepare(path: str | Path | Source, overrides: Sequence[str] = ()) -> tuple[Space, Tuning, Method[Any], Any]:
     """The space, the section, the method and its parameters. CampaignError with every finding."""
     space, tuning = Space.of(path, overrides)
     source, findings = space.problem.spec.source, []
@@ -101,7 +101,7 @@ def prepare(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Space, Tun
     return space, tuning, method, parameters
 
 
-def _confirmable(path: str | Path, overrides: Sequence[str], spec: Spec) -> list[Finding]:
+def _confirmable(path: str | Path | Source, overrides: Sequence[str], spec: Spec) -> list[Finding]:
     """What the campaign would say against the samples of the confirmation."""
     assert spec.tune is not None
     try:
@@ -135,7 +135,7 @@ def _columns(space: Space) -> Mapping[str, Any]:
 
 
 def tune(
-    path: str | Path,
+    path: str | Path | Source,
     out: str | Path | None = None,
     overrides: Sequence[str] = (),
     *,

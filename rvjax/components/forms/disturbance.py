@@ -1,0 +1,92 @@
+"""The user's disturbance: a force and a torque on the pursuer, on plain arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from rvjax.campaign import Model
+from rvjax.components.disturbances import interface
+from rvjax.components.forms import arrays
+from rvjax.components.forms.controller import check_form
+from rvjax.components.forms.noise import Noise
+from rvjax.components.registry import Component
+from rvjax.components.user_mistakes import UserMistake, given_by
+from rvjax.physics.dynamics import Relative
+from rvjax.physics.state import Numbers, Plant, State
+from rvjax.physics.vectors import Channels, Scalar
+
+
+class Wrench(NamedTuple):
+    """force [N] and torque [N·m] on the pursuer's centre of mass, in P, each of shape (3,)."""
+
+    force: Any
+    torque: Any
+
+
+class Scene(NamedTuple):
+    """The true motion and body at an instant, as arrays. Frames: P fixed in the pursuer, T fixed in the target.
+
+    t: time [s]. rho, nu, sigma, omega: as of `Measured`, but true. target_r, target_v, target_w: of the target, in T.
+    rate: inertial angular velocity of the pursuer, in P [rad/s]. mass: of the pursuer [kg]; inertia: (3, 3), about its centre of
+    mass, in P [kg·m²]; centre: of mass, in P [m]; port: docking point, in T [m]. xi: the normal numbers of this step.
+    """
+
+    t: Any
+    rho: Any
+    nu: Any
+    sigma: Any
+    omega: Any
+    target_r: Any
+    target_v: Any
+    target_w: Any
+    rate: Any
+    mass: Any
+    inertia: Any
+    centre: Any
+    port: Any
+    xi: Any = ()
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """A disturbance without motion of its own.
+
+    parameters: the model of its numbers. push(scene, numbers) → `Wrench`. noise: how many standard normal numbers `scene.xi`
+    has, new in every step and held during it.
+    """
+
+    parameters: type[Model]
+    push: Callable[..., Wrench] | None = None
+    noise: int = 0
+
+    family = "disturbances"
+
+    def __post_init__(self) -> None:
+        check_form(self, functions=("push",), maybe=(), model=self.parameters)
+
+    @cached_property
+    def component(self) -> Component[Any]:
+        """The component of the registry."""
+        return Component(self.parameters, self._build, noisy=self.noise > 0)
+
+    def _build(self, parameters: Model) -> interface.Disturbance:
+        del parameters
+        noise = Noise(self.noise)
+        keep = lambda tick, y, memory, numbers: noise.keep(tick, numbers)  # noqa: E731
+        return interface.Disturbance(self._push, noise.start, keep) if self.noise else interface.Disturbance(self._push)
+
+    def _push(self, t: Scalar, y: State, known: Relative, plant: Plant, memory: Any, numbers: Numbers) -> Channels:
+        assert self.push is not None
+        values = (*y.motion, *y.target, known.omega_p, plant.mass, plant.inertia, plant.centre, plant.port)
+        seen: list[Any] = [t, *map(arrays.array, values), memory]
+        scene = Scene(*seen)
+        name = self.push.__name__
+        with given_by(self.push):
+            given = self.push(scene, arrays.arrays(numbers))
+            if not isinstance(given, Wrench):
+                raise UserMistake(f"{name} returns {arrays.kind(given)}", "accepted: Wrench(force=…, torque=…)")
+            force, torque = (arrays.vector(part, f"the {what} of {name}") for what, part in given._asdict().items())
+        return Channels(force, torque)

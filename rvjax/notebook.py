@@ -1,0 +1,199 @@
+"""Campaigns and runs as objects, for notebooks and scripts: everything that the command line does, with the same words.
+
+campaign = rvjax.Campaign("campaign.yaml").with_({"controller.gains.k1": 0.08}, samples=2000)
+run = campaign.fly("reports/mine")
+run.samples, run.verdicts, run.replay(17)
+"""
+
+from __future__ import annotations
+
+import html
+import inspect
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from rvjax.campaign.python_files import PythonFile, read_file
+from rvjax.campaign.source import Source, read
+from rvjax.errors import UsageError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from rvjax.analysis.compare import Comparison
+    from rvjax.analysis.verdicts import Verdict
+    from rvjax.columns import Column
+    from rvjax.execution.progress import OnProgress
+    from rvjax.run_folder import Account, RunFolder
+    from rvjax.run_folder.tuning_record import Searched
+    from rvjax.search.worst_case import Worst
+    from rvjax.simulation.problem import Problem
+
+SECTIONS = ("controller", "actuation", "faults", "disturbances", "effects", "navigation", "metrics", "baselines")
+"""Sections that take components."""
+
+
+class Campaign:
+    """A campaign file with changed values. It never changes itself: `with_` gives another campaign."""
+
+    def __init__(self, path: str | Path, overrides: Sequence[str] = ()) -> None:
+        """overrides: `place=value`, as in `--set`. The file is read by the first use that needs it."""
+        self.path = Path(path)
+        self.overrides = tuple(overrides)
+        self._code: dict[str, bytes] = {}
+
+    def with_(self, values: Mapping[str, Any] | None = None, /, **sections: Any) -> Self:
+        """The campaign with other values: by their places, `{"controller.gains.k1": 0.08}`, or as sections, `samples=2000`.
+
+        A component object of a Python file (`CONTROLLER`) stands for that file; `(CONTROLLER, {"gains": {"kp": 0.02}})` gives its
+        parameters. Lists of components take objects too. Errors: UsageError where an object has no file.
+        """
+        changed = type(self)(self.path, self.overrides)
+        changed._code = dict(self._code)
+        for place, value in {**(values or {}), **sections}.items():
+            plain = changed._plain(value, place in SECTIONS)
+            changed.overrides += (f"{place}={json.dumps(plain, ensure_ascii=False)}",)
+        return changed
+
+    def _plain(self, value: Any, section: bool) -> Any:
+        """The value as a campaign says it."""
+        if isinstance(value, list):
+            return [self._plain(item, section) for item in value]
+        component, parameters = value if section and isinstance(value, tuple) else (value, {})
+        if not hasattr(component, "family"):
+            return component if not parameters else {"use": component, **parameters}
+        file = _file_of(component)
+        self._code |= file.sources
+        return {"use": str(file), **parameters}
+
+    @property
+    def source(self) -> Path | Source:
+        """What is loaded: the file, and with it the code of component objects."""
+        if not self._code:
+            return self.path
+        source = read(self.path)
+        return Source(source.name, source.text, source.value, source.marks, source.key_marks, source.findings, dict(self._code))
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The campaign, checked. Errors: CampaignError with every finding."""
+        from rvjax.simulation.problem import load
+
+        return load(self.source, self.overrides)
+
+    def fly(self, out: str | Path | None = None, *, progress: bool | OnProgress = True, until_decided: bool = False) -> Run:
+        """Flies into a run folder, or resumes it; as `rvjax run`. Errors as of `rvjax.fly_campaign`."""
+        from rvjax.execution.run import run
+
+        return Run(run(self.source, out, self.overrides, progress=progress, until_decided=until_decided))
+
+    def tune(self, out: str | Path | None = None, *, progress: bool | OnProgress = True) -> tuple[Path, Searched]:
+        """Searches better gains; as `rvjax tune`. Returns the folder and the record of the search."""
+        from rvjax.search.tuning.tune import tune
+
+        return tune(self.source, out, self.overrides, progress=progress)
+
+    def find_worst(self, requirement: int = 1, *, flights: int = 20_000, vary: Sequence[str] = ()) -> Worst:
+        """Searches the draws with the smallest margin of a requirement; as `rvjax worst`."""
+        from rvjax.search.worst_case import find_worst_case
+
+        return find_worst_case(self.source, requirement, self.overrides, flights=flights, vary=vary)
+
+    def __repr__(self) -> str:
+        changes = f", {list(self.overrides)!r}" if self.overrides else ""
+        return f"Campaign({str(self.path)!r}{changes})"
+
+
+class Run:
+    """A finished run, read from its folder."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+
+    @cached_property
+    def folder(self) -> RunFolder:
+        """The files. Errors: FolderError where the path is no run folder, or it is damaged."""
+        from rvjax.run_folder import RunFolder
+
+        return RunFolder.open(self.path)
+
+    @cached_property
+    def samples(self) -> pd.DataFrame:
+        """The samples table: a row per sample."""
+        return self.folder.samples().frame
+
+    @cached_property
+    def columns(self) -> Mapping[str, Column]:
+        """Unit and meaning of each column of `samples`."""
+        return self.folder.columns()
+
+    @cached_property
+    def _judged(self) -> tuple[Account, tuple[Verdict, ...]]:
+        from rvjax.analysis.verdicts.folders import account_and_verdicts
+
+        return account_and_verdicts(self.path)
+
+    @property
+    def account(self) -> Account:
+        """How the samples ended."""
+        return self._judged[0]
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """The verdict on each requirement."""
+        return self._judged[1]
+
+    @property
+    def report(self) -> Path:
+        """The report."""
+        return self.path / "report.html"
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Every number of the report, with its interval."""
+        return json.loads((self.path / "summary.json").read_text(encoding="utf-8"))
+
+    def replay(self, sample: int, every: int = 1) -> pd.DataFrame:
+        """The trace of a sample, flown again bit for bit. Errors as of `rvjax.replay_sample`."""
+        from rvjax.execution.replay import replay
+
+        return replay(self.path, sample, every)[0]
+
+    def compare(self, other: Run | str | Path, **options: Any) -> Comparison:
+        """This run as A, the other as B, on the same draws; options as of `rvjax.compare_runs`."""
+        from rvjax.analysis.compare import compare
+
+        return compare(self.path, other.path if isinstance(other, Run) else other, **options)
+
+    def __repr__(self) -> str:
+        words = ", ".join(verdict.verdict for verdict in self.verdicts) or "no requirements"
+        account = self.account
+        return f"Run({str(self.path)!r}: {account.captured} of {account.requested} captured; {words})"
+
+    def _repr_html_(self) -> str:
+        """The verdicts as a table, for a notebook."""
+        rows = "".join(
+            f"<tr><td><b>{verdict.verdict}</b></td><td style='text-align:left'>{html.escape(verdict.text)}</td></tr>"
+            for verdict in self.verdicts
+        )
+        account = self.account
+        head = f"{account.captured:,} of {account.requested:,} samples captured"
+        return f"<p>{head}; report: <code>{html.escape(str(self.report))}</code></p><table>{rows}</table>"
+
+
+def _file_of(component: Any) -> PythonFile:
+    """The file of a component object, with its name in it. UsageError where it has none."""
+    functions = [value for value in vars(component).values() if inspect.isfunction(value)]
+    module = sys.modules.get(functions[0].__module__) if functions else None
+    path = getattr(module, "__file__", None)
+    names = [name for name, value in vars(module).items() if value is component] if module is not None else []
+    if path is None or not names or not Path(path).exists():
+        raise UsageError(
+            f"a component of {component.family} that is in no Python file: a run could not keep its code; "
+            "accepted: one from a file, which a notebook writes with %%writefile my_law.py"
+        )
+    file = read_file(f"{path}:{names[0]}")
+    return PythonFile(f"./{file.file}:{names[0]}", file.file, names[0], file.folder, file.sources)

@@ -1,0 +1,202 @@
+"""Checks of a user's component before it flies: it is traced once with shapes in the place of numbers.
+
+A trace finds errors, wrong kinds and shapes of what comes back, and numbers of the campaign that nothing depends on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from rvjax.campaign import Model, Quantity
+from rvjax.campaign.python_files import PythonFile
+from rvjax.components import user_code
+from rvjax.components.actuators.interface import Limits
+from rvjax.components.controllers.interface import DiscreteController
+from rvjax.components.metrics.interface import MetricContext
+from rvjax.components.registry import Component
+from rvjax.components.user_mistakes import UserMistake
+from rvjax.errors import CampaignError
+from rvjax.physics.dynamics import Relative, relative
+from rvjax.physics.state import Measurement, Motion, Numbers, Plant, Report, State, Step, TargetMotion, Tick
+from rvjax.physics.vectors import Channels, Symmetric, Thrusts, Vector
+from rvjax.simulation.effects_sum import effects_sum
+
+NUMBER = jax.ShapeDtypeStruct((), jnp.float32)
+VECTOR = Vector(NUMBER, NUMBER, NUMBER)
+CHANNELS = Channels(VECTOR, VECTOR)
+SYMMETRIC = Symmetric(*[NUMBER] * 6)
+
+
+class Arguments(NamedTuple):
+    """What the functions of a component get besides its numbers, of a sample at an instant."""
+
+    t: Any
+    motion: Motion
+    measured: Motion
+    target: TargetMotion
+    target_alpha: Vector
+    plant: Plant
+    wrench: Channels
+    applied: Channels
+    context: MetricContext
+    tick: Tick
+
+    @property
+    def measurement(self) -> Measurement:
+        """Of a controller."""
+        plant = self.plant
+        return Measurement(self.t, self.measured, self.target, self.target_alpha, plant.port, plant.upper, plant.lower)
+
+    @property
+    def known(self) -> Relative:
+        """The relative geometry."""
+        return relative(self.motion, self.target, self.target_alpha, self.plant.port)
+
+
+ARGUMENTS = Arguments(
+    t=NUMBER,
+    motion=Motion(VECTOR, VECTOR, VECTOR, VECTOR),
+    measured=Motion(VECTOR, VECTOR, VECTOR, VECTOR),
+    target=TargetMotion(VECTOR, VECTOR, VECTOR),
+    target_alpha=VECTOR,
+    plant=Plant(NUMBER, SYMMETRIC, SYMMETRIC, CHANNELS, CHANNELS, SYMMETRIC, SYMMETRIC, VECTOR, VECTOR),
+    wrench=CHANNELS,
+    applied=CHANNELS,
+    context=MetricContext(NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, NUMBER, VECTOR, NUMBER),
+    tick=Tick(NUMBER, NUMBER, NUMBER),
+)
+"""The arguments as shapes."""
+
+Traced = Callable[[Numbers, Arguments], Any]
+"""All functions of a component in turn: (its numbers, arguments) → everything that it gives."""
+
+
+def own_quantities(model: Model) -> dict[str, Quantity]:
+    """The quantities that the functions of a component get, by name."""
+    quantities = {name.removeprefix("gains."): quantity for name, quantity in model.quantities().items()}
+    return {name: quantity for name, quantity in quantities.items() if not name.startswith("schedule.")}
+
+
+def numbers(quantities: Mapping[str, Quantity], noisy: bool = False) -> Numbers:
+    """Shapes in the place of the numbers of a component."""
+    shapes: Mapping[str, Any] = {"scalar": NUMBER, "vector": VECTOR, "channels": CHANNELS}
+    found = {
+        name: Thrusts((NUMBER,) * len(quantity.parts)) if quantity.shape == "thrusters" else shapes[quantity.shape]
+        for name, quantity in quantities.items()
+    }
+    return Numbers(found | ({"noise": (NUMBER,) * 4} if noisy else {}))
+
+
+def unused(file: PythonFile, family: str, member: Component[Any], model: Model, thrusters: int) -> list[str]:
+    """The names of the numbers that nothing depends on, of a component in a user's file, which is traced. CampaignError with what
+    is wrong in it."""
+    given = numbers(own_quantities(model), member.noisy)
+    if family not in _TRACED:
+        return []
+    function = traced(family, member.build(model), thrusters)
+    closed, again = (jax.make_jaxpr(lambda *a: function(*a))(given, ARGUMENTS) for _ in range(2))  # JAX keeps a function's trace
+    if not _same(closed, again):
+        pure = "accepted: functions of their arguments only; no chance, no clock, nothing kept"
+        mistake = UserMistake("two traces are different programs", pure)
+        raise CampaignError([user_code.finding(mistake, file)])
+    return sorted(_without_effect(closed.jaxpr, given) - (TIMING if family == "faults" else set()) - {"noise"})
+
+
+TIMING = {"onset_s", "duration_s", "period_s", "duty"}
+"""Numbers of every fault."""
+
+
+def traced(family: str, built: Any, thrusters: int) -> Traced:
+    """The functions of a built component in turn. thrusters: their number, 0 without them."""
+    return partial(_TRACED[family], built, thrusters)
+
+
+def _controller(built: Any, thrusters: int, gains: Numbers, given: Arguments) -> Any:
+    del thrusters
+    state = built.start(given.measurement, gains)
+    if isinstance(built, DiscreteController):
+        return built.update(given.measurement, state, _unlimited, gains)
+    return built.respond(given.measurement, state, _unlimited, gains)
+
+
+def _unlimited(command: Channels) -> tuple[Channels, Channels]:
+    return command, command * 0.0 + 1.0
+
+
+def _fault(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
+    u = Thrusts((given.t,) * thrusters) if thrusters else given.wrench
+    memory = built.start(u, given_numbers)
+    upper = Thrusts((given.t,) * thrusters) if thrusters else given.plant.upper
+    return built.act(given.t, u, built.keep(given.tick, u, memory, given_numbers), upper, given_numbers)
+
+
+def _disturbance(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
+    del thrusters
+    y = State(given.motion, given.target, ())
+    memory = built.keep(given.tick, y, built.start(given_numbers), given_numbers)
+    return built.push(given.t, y, given.known, given.plant, memory, given_numbers)
+
+
+def _navigation(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
+    del thrusters
+    memory = built.keep(given.tick, given.motion, built.start(given.motion, given_numbers), given_numbers)
+    return built.see(given.t, given.motion, memory, given_numbers)
+
+
+def _actuator(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
+    u = Thrusts((given.t,) * thrusters) if thrusters else given.wrench
+    most = Thrusts((given.t,) * thrusters) if thrusters else given.plant.upper
+    limits = Limits(most, most)
+    memory = built.keep(given.tick, u, built.start(u, given_numbers), limits, given_numbers)
+    return built.act(given.tick.t + given.tick.h, u, memory, limits, given_numbers)
+
+
+def _effect(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
+    del thrusters
+    state, numbers, effects = built.start(given_numbers), (given_numbers,), (built,)
+    total, (slope,), _ = effects_sum(effects, numbers, (state,), given.t, given.known, given.plant, given.wrench)
+    moved = jax.tree.map(lambda x, rate: x + 0.1 * rate, state, slope)
+    return total, slope, effects_sum(effects, numbers, (moved,), given.t, given.known, given.plant, given.wrench)
+
+
+def _metric(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
+    context = given.context._replace(numbers=given_numbers)
+    thrusts = Thrusts((given.t,) * thrusters) if thrusters else ()
+    wrenches = (given.wrench, given.wrench, given.applied, given.wrench)
+    report = Report(given.wrench, given.t, {})
+    step = Step(given.t, given.motion, given.measured, given.target, given.plant, *wrenches, report, thrusts)
+    return built.finish(built.update(built.start(context), step, given.t, context), context)
+
+
+_TRACED: Mapping[str, Callable[..., Any]] = {
+    "controllers": _controller,
+    "faults": _fault,
+    "disturbances": _disturbance,
+    "navigation": _navigation,
+    "metrics": _metric,
+    "actuators": _actuator,
+    "effects": _effect,
+}
+
+
+def _same(first: Any, second: Any) -> bool:
+    """Whether two traces are the same program with the same constants."""
+    constants = all(np.array_equal(a, b, equal_nan=True) for a, b in zip(first.consts, second.consts, strict=False))
+    return str(first) == str(second) and len(first.consts) == len(second.consts) and constants
+
+
+def _without_effect(jaxpr: Any, given: Numbers) -> set[str]:
+    """The names of the numbers that no result depends on."""
+    needed = {id(variable) for variable in jaxpr.outvars}
+    for equation in reversed(jaxpr.eqns):
+        if any(id(variable) in needed for variable in equation.outvars):
+            needed |= {id(variable) for variable in equation.invars}
+    variables = iter(jaxpr.invars)
+    alive = {name: [id(next(variables)) in needed for _ in jax.tree.leaves(given[name])] for name in given}
+    return {name for name, uses in alive.items() if not any(uses)}

@@ -1,0 +1,85 @@
+"""Mutants of what lets users fly their code: reading, executing, checking it, and its identity; effects and actuators."""
+
+from __future__ import annotations
+
+from tests.mutants.mutant import Mutant
+
+FILES, CODE, CHECKS = "campaign/python_files.py", "components/user_code.py", "simulation/user_checks.py"
+ARRAYS, LOOP, SLOSH = "components/forms/arrays.py", "simulation/closed_loop.py", "components/effects/slosh_pendulum.py"
+APPENDAGE, PULSES = "components/effects/flexible_appendage.py", "components/actuators/pulse_width.py"
+MISTAKES = "user_code/test_user_mistakes.py::test_a_mistake_has_its_line_and_words"
+EDITED = "user_code/test_user_identity.py::test_an_edited_file_is_the_new_one_in_a_running_process"
+RESUMED = "user_code/test_user_identity.py::test_other_code_does_not_resume_a_folder"
+BYTES = "user_code/test_user_identity.py::test_the_bytes_that_are_digested_are_those_that_are_executed"
+PENDULUM = "physics/test_effects.py::test_the_pendulum_moves_as_in_the_inertial_frame"
+SPRING = "physics/test_effects.py::test_a_mass_on_a_spring_is_two_masses"
+COUNTED = "physics/test_actuators.py::test_pulses_have_the_impulse_of_their_command"
+INSTANTS = "user_code/test_user_flights.py::test_a_discrete_controller_acts_at_its_instants"
+
+MUTANTS = (
+    # identity
+    Mutant("helpers are not read", FILES, "            todo += _beside(", "            _ = lambda: _beside(", EDITED),
+    Mutant("the digest of the file only", FILES, "repr((self.file, self.digests))", "repr((self.file, self.digests[self.file]))", EDITED),
+    Mutant("a compiled program by the text alone", "campaign/model.py", "if isinstance(value.use, PythonFile) else []", "if False else []", EDITED),
+    Mutant("user files outside of the identity", "execution/identity.py", "            code |= use.digests", "            pass", RESUMED),
+    Mutant("a file that is read again", CODE, "compile(self._file.sources[source], shown", "compile(open(shown).read(), shown", BYTES),
+    Mutant(
+        "modules by their names", CODE, 'f"{PREFIX}{file.digest}"', 'f"{PREFIX}"',
+        "user_code/test_user_identity.py::test_two_files_of_the_same_name_do_not_meet",
+    ),
+    Mutant(
+        "a package as it is on the disk", "components/installed_code.py", "if _digest(top) != _digests.get(top, \"\"):", "if False:",
+        "user_code/test_user_identity.py::test_an_installed_package_that_changes_is_refused",
+    ),
+    Mutant(
+        "an edit before the first use", "components/installed_code.py", "_newest(top) > _process_start()", "False",
+        "user_code/test_user_identity.py::test_a_package_that_changed_before_its_first_use_is_refused",
+    ),
+    Mutant(
+        "a comparison that executes", "components/settings.py", "isinstance(choice.use, PythonFile) and not flies", "False",
+        "user_code/test_user_identity.py::test_who_only_reads_executes_nothing",
+    ),
+    Mutant(
+        "a comparison without the code", "analysis/compare.py", "*_code(*folders)", "*()",
+        "user_code/test_user_identity.py::test_a_comparison_says_that_the_code_differs",
+    ),
+    # mistakes
+    Mutant("the first frame of the user", CODE, "{frames[-1].filename}:{frames[-1].lineno}", "{frames[0].filename}:{frames[0].lineno}", MISTAKES),
+    Mutant("any structure of the state", ARRAYS, "if wanted != given:", "if False:", MISTAKES),
+    Mutant("undeclared signals", ARRAYS, "[name for name in given if name not in declared]", "[]", MISTAKES),
+    Mutant("a trace once", CHECKS, "if not _same(closed, again):", "if False:", MISTAKES),
+    Mutant("dead gains", CHECKS, "if not any(uses)", "if False", MISTAKES),
+    Mutant("files at trace time", "components/user_watch.py", "if name in _state.paths:", "if False:", MISTAKES),
+    Mutant(
+        "NaN without a name", "execution/audit_finite.py", "    if not np.all(np.isfinite(lost)):\n        return", "    if True:\n        return",
+        "user_code/test_user_flights.py::test_nan_at_once_is_called_by_its_name",
+    ),
+    # flights
+    Mutant("a transposed matrix", ARRAYS, "for row in (rows.a, rows.b, rows.c)", "for row in (rows.a, rows.c, rows.b)",
+           "user_code/test_user_flights.py::test_every_family_flies_a_file"),
+    Mutant("a discrete law in every step", LOOP, "            due = tick.k % loop.sampling == 0", "            due = tick.k >= 0", INSTANTS),
+    Mutant("numbers of another metric", "simulation/chosen_metrics.py", "context.chosen[index]", "context.chosen[0]",
+           "user_code/test_user_flights.py::test_every_family_flies_a_file"),
+    # effects and actuators
+    Mutant("no reaction in the tension", SLOSH, "(1.0 / body.mass + dot(", "(0.0 / body.mass + dot(", PENDULUM),
+    Mutant("no Coriolis term in the tension", SLOSH, "cross(body.rate, x.rate) * (2.0 * l)) - l", "cross(body.rate, x.rate) * l) - l", PENDULUM),
+    Mutant("damping without its torque", SLOSH, "alpha = body.free_alpha + apply(", "alpha = body.free_alpha + 0.0 * apply(", PENDULUM),
+    Mutant("no reaction of the appendage", APPENDAGE, "force = pull(x, numbers) * numbers.modal_mass_kg", "force = pull(x, numbers) * 0.0", SPRING),
+    Mutant("half the damping of an appendage", APPENDAGE, "2.0 * numbers.damping * w * v", "numbers.damping * w * v",
+           "physics/test_effects.py::test_damping_is_that_of_the_held_body"),
+    Mutant("whole steps of a pulse", PULSES, "(jnp.abs(x) - since) / tick.h, 0.0, 1.0", "jnp.ceil((jnp.abs(x) - since) / tick.h), 0.0, 1.0", COUNTED),
+    Mutant("no shortest pause", PULSES, "jnp.where(period - on < shortest, period, on)", "on", COUNTED),
+    Mutant("a pulse of the upper limit", PULSES, "jnp.where(x >= 0.0, upper, lower), memory.share", "upper, memory.share", COUNTED),
+    Mutant(
+        "a rate in absolute units", "components/actuators/rate_limit.py", "limits.upper * (numbers.rate", "limits.upper * 0.0 + (numbers.rate",
+        "physics/test_actuators.py::test_the_rate_is_limited",
+    ),
+    Mutant(
+        "the gain of the predictor", "components/controllers/lqr_kalman.py", "return p @ inverted(p + noise)", "return a @ p @ inverted(p + noise)",
+        "physics/test_lqr_kalman.py::test_the_filter_solves_the_riccati_equation",
+    ),
+    Mutant(
+        "a prediction in a frame that does not turn", "components/controllers/lqr_kalman.py", "rho=rotate(turned, rho + nu", "rho=(rho + nu",
+        "physics/test_lqr_kalman.py::test_its_prediction_is_what_comes",
+    ),
+)  # fmt: skip
