@@ -21,7 +21,8 @@ def command(
     name: Annotated[
         str,
         typer.Argument(
-            help="A component, family, metric, distribution, or key of the campaign file.", autocompletion=_completion.topics
+            help="A component, family, metric, distribution, key of the campaign file, or your Python file.",
+            autocompletion=_completion.topics,
         ),
     ],
     as_json: Json = False,

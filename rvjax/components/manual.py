@@ -16,10 +16,12 @@ from rvjax.campaign import Model, units
 from rvjax.campaign.declarations import declared
 from rvjax.campaign.distribution_notation import forms
 from rvjax.campaign.json_schema import schema
+from rvjax.campaign.python_files import PythonFile, read_file, short_name
 from rvjax.campaign.reference_body import words
+from rvjax.components import user_code
 from rvjax.components.manual_examples import Example, mappings
 from rvjax.components.manual_keys import Key, flat
-from rvjax.components.registry import FAMILIES, FAMILY_OF, Component, choosable, component, members, module_of
+from rvjax.components.registry import FAMILIES, FAMILY_OF, Component, choosable, component, family_of, members, module_of, sound
 from rvjax.physics import saturation
 from rvjax.physics.saturation import SATURATIONS
 
@@ -93,10 +95,10 @@ class Page:
 
 
 def components() -> Iterator[tuple[str, str, str]]:
-    """(family, name, module) of every component."""
+    """(family, name, module) of every component that can be imported."""
     for family in FAMILIES:
-        for name, origin in members(family).items():
-            yield family, name, origin
+        for name in sound(family):
+            yield family, name, members(family)[name]
     for name in SATURATIONS:
         yield "saturation", name, saturation.__name__
 
@@ -106,7 +108,11 @@ def page(family: str, name: str) -> Page:
     if family == "saturation":
         return Page(family, name, saturation.__name__, inspect.getdoc(SATURATIONS[name]) or "")
     text, origin = inspect.getdoc(module_of(family, name)) or "", members(family)[name]
-    member = component(family, name)
+    return _page(family, name, origin, text, component(family, name))
+
+
+def _page(family: str, name: str, origin: str, text: str, member: Any) -> Page:
+    """The page of a member."""
     parameters = member.parameters if isinstance(member, Component) else None
     keys = tuple(flat(parameters)) if parameters is not None else ()
     if family != "metrics" and parameters is not None:
@@ -116,6 +122,19 @@ def page(family: str, name: str) -> Page:
         metric = member.build(member.parameters.model_validate(next(mappings(member.parameters))))
     columns = ((column.name, column.unit, column.better, column.description) for column in metric.columns.values())
     return Page(family, name, origin, text, tuple(columns), keys)
+
+
+def file_pages(path: str) -> list[Page]:
+    """The pages of the components in a user's file, or of `FILE:NAME`. CampaignError where it cannot be executed."""
+    file = read_file(path)
+    module = user_code.module_of(file)
+    held = {name: family_of(value) for name, value in vars(module).items() if family_of(value) in FAMILIES}
+    pages: list[Page] = []
+    for name, family in held.items():
+        if file.member in ("", name):
+            member = PythonFile(f"{file.file}:{name}", file.file, name, file.folder, file.sources)
+            pages.append(_page(family, short_name(file.file), file.file, inspect.getdoc(module) or "", component(family, member)))
+    return pages
 
 
 def chapter(name: str) -> Page:

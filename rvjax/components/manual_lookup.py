@@ -18,6 +18,7 @@ from typing import Any
 from rvjax.campaign import Model, Spec, option
 from rvjax.campaign.distribution_notation import forms
 from rvjax.campaign.formula import BOOLEAN, PREDICATE, TEMPORAL, WINDOW
+from rvjax.campaign.python_files import is_python_file
 from rvjax.campaign.quantity import COMPONENTS
 from rvjax.campaign.tuning import Tuning
 from rvjax.campaign.tuning_parameters import FORMS
@@ -56,7 +57,10 @@ class Chosen(Model):
 
 
 def pages_called(name: str) -> list[Page]:
-    """Every page under a name. Errors: UsageError with the nearest names."""
+    """Every page under a name, or of the components in a Python file. Errors: UsageError with the nearest names; CampaignError of
+    a file."""
+    if is_python_file(name):
+        return manual.file_pages(name)
     known = index()
     for spelling in _spellings(name):
         if spelling in known:

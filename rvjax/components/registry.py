@@ -115,14 +115,30 @@ def _of_file(family: str, file: PythonFile) -> Any:
 
 def standard_metrics() -> tuple[Any, ...]:
     """The metrics of every campaign: those without parameters."""
-    found = (component("metrics", name) for name in members("metrics"))
-    return tuple(metric for metric in found if not isinstance(metric, Component))
+    return tuple(metric for metric in sound(family="metrics").values() if not isinstance(metric, Component))
 
 
 def choosable(family: str) -> dict[str, Component[Any]]:
     """Name → component of every member that a campaign can choose: of the metrics only those with parameters."""
-    found = {name: component(family, name) for name in members(family)}
-    return {name: member for name, member in found.items() if isinstance(member, Component)}
+    return {name: member for name, member in sound(family).items() if isinstance(member, Component)}
+
+
+def sound(family: str) -> dict[str, Any]:
+    """Name → component of every member that can be imported: a broken package of somebody breaks nothing else."""
+    wrong = broken(family)
+    return {name: component(family, name) for name in members(family) if name not in wrong}
+
+
+def broken(family: str) -> dict[str, str]:
+    """Name → message of every member of another package that cannot be used."""
+    found: dict[str, str] = {}
+    for name, origin in members(family).items():
+        if not origin.startswith("rvjax."):
+            try:
+                component(family, name)
+            except UsageError as error:
+                found[name] = str(error)
+    return found
 
 
 def member_of(module: Any, member: str, family: str, origin: str) -> Any:

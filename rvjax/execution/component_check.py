@@ -107,11 +107,13 @@ def check(file: PythonFile | str, family: str, member: Component[Any], parameter
         words = f"nothing depends on {', '.join(dead)}"
         raise CampaignError([_finding(file, words, "accepted: parameters that something depends on")])
     function = user_checks.traced(family, member.build(model), 0)
+    compute = jax.jit(jax.vmap(function, in_axes=(None, 0)))
     quantities = user_checks.own_quantities(model)
     given = _numbers(quantities, member.noisy)
-    results = _computed(function, given)
+    states = _states()
+    results = compute(given, states)
     _check_finite(file, results)
-    idle = _idle(function, quantities, given, results)
+    idle = _idle(lambda numbers: compute(numbers, states), quantities, given, results)
     built = member.build(model)
     signals = getattr(built, "signals", None) or getattr(built, "columns", None) or {}
     operations = _operations(function, given)
@@ -160,11 +162,6 @@ def _states() -> Any:
     return jax.tree_util.tree_map_with_path(draw, user_checks.ARGUMENTS)
 
 
-def _computed(function: Any, given: Numbers) -> Any:
-    """What the component gives at every state."""
-    return jax.jit(jax.vmap(function, in_axes=(None, 0)))(given, _states())
-
-
 def _check_finite(file: PythonFile | str, results: Any) -> None:
     for path, leaf in jax.tree_util.tree_flatten_with_path(results)[0]:
         values = np.asarray(leaf, dtype=np.float64).reshape(STATES, -1)
@@ -175,12 +172,12 @@ def _check_finite(file: PythonFile | str, results: Any) -> None:
             raise CampaignError([_finding(file, words, "accepted: finite numbers at every state")])
 
 
-def _idle(function: Any, quantities: Mapping[str, Quantity], given: Numbers, results: Any) -> tuple[str, ...]:
-    """The numbers whose change changes no result."""
+def _idle(compute: Any, quantities: Mapping[str, Quantity], given: Numbers, results: Any) -> tuple[str, ...]:
+    """The numbers whose change changes no result. compute: the results for other numbers."""
     before, idle = jax.tree.leaves(results), list[str]()
     for name in quantities.keys() - user_checks.TIMING:
         moved = Numbers({**given, name: jax.tree.map(lambda x: x * (1.0 + STEP) + STEP * (x == 0.0), given[name])})
-        after = jax.tree.leaves(_computed(function, moved))
+        after = jax.tree.leaves(compute(moved))
         if all(np.array_equal(a, b, equal_nan=True) for a, b in zip(before, after, strict=True)):
             idle.append(name)
     return tuple(sorted(idle))

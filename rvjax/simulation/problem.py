@@ -27,7 +27,7 @@ from rvjax.components.controllers.interface import DiscreteController
 from rvjax.components.faults.interface import FaultParameters
 from rvjax.components.metrics.interface import Metric
 from rvjax.components.registry import FAMILY_OF, Component, component, members, standard_metrics
-from rvjax.errors import CampaignError, Finding
+from rvjax.errors import CampaignError, Finding, UsageError
 from rvjax.physics.saturation import SATURATIONS
 from rvjax.physics.thruster_allocation import Allocation, ThrusterSystem, bounded_least_squares, pseudo_inverse, wrench
 from rvjax.simulation import jax_config, requirement_checks
@@ -158,6 +158,8 @@ def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Prob
             model, more = _parameters(entry, outline, body, source)
         except CampaignError as error:  # of a user's code
             model, more = None, [*error.findings]
+        except UsageError as error:  # of an installed package
+            model, more = None, [source.finding((*entry.place, "use"), str(error), "accepted: a package that can be imported")]
         findings += more
         if model is not None:
             parameters[entry.place] = model
@@ -262,7 +264,7 @@ def _parameters(entry: Entry, outline: Outline, body: NominalBody, source: Sourc
     use = raw["use"]
     if is_python_file(use) and not isinstance(use, PythonFile):
         return None, []  # there is a finding about the file already
-    if isinstance(use, PythonFile) and section == "saturation":
+    if isinstance(use, PythonFile) and section in ("saturation", "sampler"):
         return None, [source.finding((*place, "use"), "a file of yours is not flown here", f"accepted: {', '.join(known)}")]
     if use not in known and not isinstance(use, PythonFile):
         what, flag = _OWN.get(section, ("", ""))
