@@ -91,8 +91,8 @@ def test_damping_is_that_of_the_held_body() -> None:
     def slope(t: Any, x: Any) -> Any:
         return effect.rate(body, still, still, x, numbers)
 
-    for k in range(2000):
-        y = rk4.step(slope, k * 0.005, y, 0.005, slope(0.0, y))
+    start = jax.tree.map(jnp.asarray, y)
+    y = jax.jit(lambda y: jax.lax.fori_loop(0, 2000, lambda k, y: rk4.step(slope, k * 0.005, y, 0.005, slope(0.0, y)), y))(start)
     damped = 2.0 * np.sqrt(1.0 - 0.01)
     expected = np.exp(-0.2 * 10.0) * (np.cos(damped * 10.0) + 0.1 / np.sqrt(0.99) * np.sin(damped * 10.0))
     np.testing.assert_allclose(float(y.displacement.x), expected, atol=1e-8)
