@@ -27,10 +27,12 @@ if TYPE_CHECKING:
     from rvjax.campaign.fields import channels, count, flag, number, option, scalar, vector
     from rvjax.components.forms.actuator import Actuator, Clock
     from rvjax.components.forms.arrays import rotation_matrix
-    from rvjax.components.forms.controller import Command, Controller, DiscreteController, Measured
+    from rvjax.components.forms.controller import Command, Controller
+    from rvjax.components.forms.discrete_controller import DiscreteController
     from rvjax.components.forms.disturbance import Disturbance, Scene, Wrench
     from rvjax.components.forms.effect import Body, Effect
     from rvjax.components.forms.fault import Fault, FaultParameters
+    from rvjax.components.forms.measured import Measured
     from rvjax.components.forms.metric import Instant, Metric
     from rvjax.components.forms.navigation import Motion, NavigationError
     from rvjax.components.forms.signal import Signal
@@ -72,13 +74,13 @@ _ORIGIN = {
     "Clock": f"{_FORMS}.actuator",
     "Command": f"{_FORMS}.controller",
     "Controller": f"{_FORMS}.controller",
-    "DiscreteController": f"{_FORMS}.controller",
+    "DiscreteController": f"{_FORMS}.discrete_controller",
     "Disturbance": f"{_FORMS}.disturbance",
     "Effect": f"{_FORMS}.effect",
     "Fault": f"{_FORMS}.fault",
     "FaultParameters": "rvjax.components.faults.interface",
     "Instant": f"{_FORMS}.metric",
-    "Measured": f"{_FORMS}.controller",
+    "Measured": f"{_FORMS}.measured",
     "Metric": f"{_FORMS}.metric",
     "Motion": f"{_FORMS}.navigation",
     "NavigationError": f"{_FORMS}.navigation",

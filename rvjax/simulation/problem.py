@@ -17,7 +17,7 @@ from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.choice import Choice
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.distributions import Fixed
-from rvjax.campaign.model import not_whole
+from rvjax.campaign.horizon import not_whole
 from rvjax.campaign.nominal_body import NominalBody
 from rvjax.campaign.plain_values import Place, describe
 from rvjax.campaign.python_files import PythonFile, is_python_file

@@ -75,7 +75,7 @@ MUTANTS = (
         "physics/test_actuators.py::test_the_rate_is_limited",
     ),
     Mutant(
-        "the gain of the predictor", "components/controllers/lqr_kalman.py", "return p @ inverted(p + noise)", "return a @ p @ inverted(p + noise)",
+        "the gain of the predictor", "physics/riccati.py", "return p @ inverted(p + noise)", "return a @ p @ inverted(p + noise)",
         "physics/test_lqr_kalman.py::test_the_filter_solves_the_riccati_equation",
     ),
     Mutant(

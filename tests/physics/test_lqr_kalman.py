@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from rvjax.components.controllers.lqr_kalman import filtered, regulator
 from rvjax.execution.replay import replay
 from rvjax.execution.run import run
+from rvjax.physics.riccati import filtered, regulator
 from tests.short import CAMPAIGN, SHORT
 
 PERIOD = 0.5

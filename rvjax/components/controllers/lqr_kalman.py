@@ -7,10 +7,9 @@ feed-forward.
 
 K = (R + BᵀSB)⁻¹BᵀSA with S = Q + AᵀSA − AᵀSB(R + BᵀSB)⁻¹BᵀSA, Q and R by Bryson's rule: 1/(largest accepted value)².
 L = P(P + N)⁻¹ with P = W + A(P − P(P + N)⁻¹P)Aᵀ: N = diag of the sensors' variances, W = BBᵀ · (variance of the acceleration).
-a_k: acceleration that the command gives the nominal body behind the saturation. Both Riccati equations are solved by doubling.
+a_k: acceleration that the command gives the nominal body behind the saturation.
 
-A. E. Bryson, Y.-C. Ho, "Applied optimal control", 1975, ch. 5 and 12; E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang,
-"Structure-preserving algorithms for periodic discrete-time algebraic Riccati equations", Int. J. Control, 2004 (doubling).
+A. E. Bryson, Y.-C. Ho, "Applied optimal control", 1975, ch. 5 and 12. The Riccati equations: `rvjax.physics.riccati`.
 Baseline of this project. Does not adapt, estimate disturbances, or tolerate faults; a constant disturbance leaves an error.
 """
 
@@ -18,19 +17,15 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
-
 from rvjax.campaign import Model, Quantity, number, part, scalar
 from rvjax.columns import Column
 from rvjax.components.controllers.interface import DiscreteController, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import NominalGains
 from rvjax.physics.dynamics import relative
+from rvjax.physics.riccati import filtered, regulator
 from rvjax.physics.state import Measurement, Motion, Numbers, Report
 from rvjax.physics.vectors import Channels, Vector, cross, mrp_rate, rotate, rotation
-
-DOUBLINGS = 30
 
 
 class Gains(NominalGains):
@@ -70,44 +65,6 @@ class Memory(NamedTuple):
     expected: Motion
     k: tuple[Any, Any]
     l: tuple[Any, Any]  # noqa: E741
-
-
-def riccati(a: Any, g: Any, h: Any) -> Any:
-    """S = H + AᵀS(I + GS)⁻¹A, by DOUBLINGS doublings; (2, 2) each."""
-
-    def doubled(_: Any, now: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-        a, g, h = now
-        w = inverted(jnp.eye(2, dtype=h.dtype) + g @ h)
-        return a @ w @ a, g + a @ w @ g @ a.T, h + a.T @ h @ w @ a
-
-    return jax.lax.fori_loop(0, DOUBLINGS, doubled, (a, g, h))[2]
-
-
-def inverted(m: Any) -> Any:
-    """The inverse of a (2, 2) matrix."""
-    adjugate = jnp.stack([jnp.stack([m[1, 1], -m[0, 1]]), jnp.stack([-m[1, 0], m[0, 0]])])
-    return adjugate / (m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
-
-
-def regulator(period: float, error: Any, speed: Any, effort: Any) -> Any:
-    """(2,) K of a double integrator."""
-    a, b = _integrator(period, effort)
-    s = riccati(a, jnp.outer(b, b) * effort**2, jnp.diag(jnp.stack([error, speed]) ** -2.0))
-    return (b @ s @ a) / (effort**-2.0 + b @ s @ b)
-
-
-def filtered(period: float, sensor: Any, sensor_speed: Any, unknown: Any) -> Any:
-    """(2, 2) L of a double integrator whose state is measured."""
-    a, b = _integrator(period, unknown)
-    noise = jnp.diag(jnp.stack([sensor, sensor_speed]) ** 2.0)
-    p = riccati(a.T, inverted(noise), jnp.outer(b, b) * unknown**2)
-    return p @ inverted(p + noise)
-
-
-def _integrator(period: float, like: Any) -> tuple[Any, Any]:
-    """A, B in the type of a number."""
-    kind = jnp.result_type(like)
-    return jnp.array([[1.0, period], [0.0, 1.0]], kind), jnp.array([0.5 * period * period, period], kind)
 
 
 def _corrected(gain: Any, x: Vector, v: Vector, dx: Vector, dv: Vector) -> tuple[Vector, Vector]:

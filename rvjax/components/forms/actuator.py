@@ -11,7 +11,7 @@ from rvjax.campaign import Model
 from rvjax.components.actuators import interface
 from rvjax.components.actuators.interface import Limits
 from rvjax.components.forms import arrays
-from rvjax.components.forms.controller import check_form
+from rvjax.components.forms.form import check_form
 from rvjax.components.registry import Component
 from rvjax.components.user_mistakes import given_by
 from rvjax.physics.state import Numbers, Tick

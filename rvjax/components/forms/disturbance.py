@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from rvjax.campaign import Model
 from rvjax.components.disturbances import interface
 from rvjax.components.forms import arrays
-from rvjax.components.forms.controller import check_form
+from rvjax.components.forms.form import check_form
 from rvjax.components.forms.noise import Noise
 from rvjax.components.registry import Component
 from rvjax.components.user_mistakes import UserMistake, given_by

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 from rvjax.campaign import Model
 from rvjax.components.effects import interface
 from rvjax.components.forms import arrays
-from rvjax.components.forms.controller import check_form
 from rvjax.components.forms.disturbance import Wrench
+from rvjax.components.forms.form import check_form
 from rvjax.components.forms.signal import Signal, columns
 from rvjax.components.registry import Component
 from rvjax.components.user_mistakes import UserMistake, given_by

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 from rvjax.components.faults import interface
 from rvjax.components.faults.interface import FaultParameters, acts, since
 from rvjax.components.forms import arrays
-from rvjax.components.forms.controller import check_form
+from rvjax.components.forms.form import check_form
 from rvjax.components.registry import Component
 from rvjax.components.user_mistakes import given_by
 from rvjax.physics.state import Numbers, Tick

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from rvjax.campaign import Model
 from rvjax.components.forms import arrays
-from rvjax.components.forms.controller import check_form
+from rvjax.components.forms.form import check_form
 from rvjax.components.forms.signal import Signal, columns
 from rvjax.components.metrics import interface
 from rvjax.components.metrics.interface import MetricContext

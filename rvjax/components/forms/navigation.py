@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from rvjax.campaign import Model
 from rvjax.components.forms import arrays
-from rvjax.components.forms.controller import check_form
+from rvjax.components.forms.form import check_form
 from rvjax.components.forms.noise import Noise
 from rvjax.components.navigation import interface
 from rvjax.components.registry import Component
