@@ -17,6 +17,7 @@ SLOW = frozenset(
         "cli/test_explain.py::test_every_example_is_accepted_when_pasted",
         "cli/test_program.py::test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on[15-143]",
         "docs/test_extending.py::test_other_components_join_the_campaign",
+        "docs/test_python_page.py::test_the_page_runs",
         "extras/test_extras.py",
         "physics/test_actuators.py::test_a_campaign_flies_them[actuators0]",
         "physics/test_adaptation.py::test_estimates_stay_inside_their_bounds",

@@ -19,7 +19,7 @@ from rvjax.physics.vectors import Channels, Scalar
 
 
 class Clock(NamedTuple):
-    """t: time [s]; k, step_s: number and length of the step that it lies in or begins."""
+    """The beginning of a step. t: its time [s]; k: its number; step_s: its length [s]."""
 
     t: Any
     k: Any

@@ -9,7 +9,7 @@ from rvjax.columns import Column
 
 
 class Signal(NamedTuple):
-    """unit: SI, "1" for a pure number; meaning: in a few words. better: "lower" or "higher", of a metric."""
+    """What a value means. unit: SI, "1" for a pure number; meaning: a few words; better: "lower" or "higher", of a metric."""
 
     unit: str
     meaning: str
