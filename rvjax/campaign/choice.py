@@ -92,7 +92,8 @@ class OneChoice:
     def json_schema(self) -> dict[str, Any]:
         """What the field accepts, as JSON Schema, without the parameters."""
         name = {"type": "string", "pattern": f"^{NAME.pattern}$"}
-        return {"type": "object", "properties": {"use": name, "name": name}, "required": ["use"]}
+        use = {"type": "string"}
+        return {"type": "object", "properties": {"use": use, "name": name}, "required": ["use"]}
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read)

@@ -11,6 +11,12 @@ from rvjax.campaign.json_forms import distribution, formulas, joint_distribution
 from rvjax.campaign.model import Spec
 from rvjax.campaign.plain_values import is_list, is_mapping
 
+PYTHON_FILE = r"\.py(:[A-Za-z_][A-Za-z0-9_]*)?$"
+"""Pattern of a `use` that names a file."""
+
+WITHOUT_FILES = ("sampler", "saturation")
+"""Sections whose components are those that are shipped or installed."""
+
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
@@ -27,10 +33,22 @@ def schema(families: Mapping[str, Mapping[str, type[Model]]] | None = None) -> d
         entry = declared.get("items", declared)
         common = entry.pop("properties")
         entry["oneOf"] = [_component(name, model, common, definitions) for name, model in members.items()]
+        if field not in WITHOUT_FILES:
+            entry["oneOf"].append(_file(common))
     whole["properties"]["margins"]["additionalProperties"] = {"$ref": "#/$defs/Margin"}
     shared = {"Distribution": distribution(), "JointDistribution": joint_distribution()}
     compact = _refer({**whole, "$defs": definitions}, shared)
     return {"$schema": DRAFT, **compact, "title": "rvjax campaign", "$defs": compact["$defs"] | shared | formulas()}
+
+
+def _file(common: dict[str, Any]) -> dict[str, Any]:
+    """A component from a Python file of the user, with any parameters."""
+    use = {
+        "type": "string",
+        "pattern": PYTHON_FILE,
+        "description": "a Python file beside the campaign: ./FILE.py or ./FILE.py:NAME",
+    }
+    return {"type": "object", "properties": deepcopy(common) | {"use": use}, "required": ["use"]}
 
 
 def _component(name: str, model: type[Model], common: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:

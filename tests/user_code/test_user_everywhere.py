@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from rvjax.components import registry
+from rvjax.components.manual import campaign_schema
 from rvjax.components.registry import choosable, component
 from rvjax.execution.component_check import check
 from rvjax.execution.run import run
@@ -103,3 +105,23 @@ def test_workers_get_the_code(tmp_path: Path) -> None:
     first, second = (RunFolder.open(folder) for folder in (here, there))
     assert first.identity == second.identity
     assert first.samples().frame.equals(second.samples().frame)
+
+
+@pytest.mark.parametrize(
+    ("section", "use", "accepted"),
+    [
+        ("controller", "./my_law.py", True),
+        ("controller", "laws/mine.py:SlidingPid", True),
+        ("controller", "pd-plus", True),
+        ("controller", "pd_plus", False),
+        ("controller", "./my_law.txt", False),
+        ("sampler", "./mine.py", False),
+    ],
+)
+def test_editors_accept_a_file(section: str, use: str, accepted: bool) -> None:
+    """The JSON Schema by its own rules: exactly one branch of `oneOf` has a constant or a pattern that fits. Kills: a red line
+    under every component of a user."""
+    branches = campaign_schema()["properties"][section]["oneOf"]
+    uses = [branch["properties"]["use"] for branch in branches]
+    fits = [rule.get("const") == use or ("pattern" in rule and re.search(rule["pattern"], use) is not None) for rule in uses]
+    assert sum(fits) == accepted
