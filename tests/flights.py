@@ -22,9 +22,8 @@ from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.faults import bias, effectiveness
 from rvjax.components.faults.interface import fault
 from rvjax.components.metrics.interface import MetricContext
-from rvjax.components.registry import component, standard_metrics
+from rvjax.components.registry import choosable, component, standard_metrics
 from rvjax.physics.dynamics import MU_EARTH
-from rvjax.physics.saturation import SATURATIONS
 from rvjax.physics.state import Motion, Numbers, Plant, Step, TargetMotion
 from rvjax.physics.vectors import Channels, Symmetric, Vector
 from rvjax.simulation import closed_loop, flight
@@ -33,6 +32,7 @@ from rvjax.simulation.closed_loop import Drawn, Loop
 Array = NDArray[np.float64]
 
 METRICS = standard_metrics()
+SATURATIONS = {name: member.build(member.parameters()) for name, member in choosable("saturations").items()}
 FAULTS = tuple(fault(member.failed) for member in (effectiveness, bias))
 DISTURBANCES = tuple(Disturbance(member.push) for member in (constant, sinusoid))
 

@@ -14,7 +14,7 @@ from rvjax.campaign.plain_values import is_list, is_mapping
 PYTHON_FILE = r"\.py(:[A-Za-z_][A-Za-z0-9_]*)?$"
 """Pattern of a `use` that names a file."""
 
-WITHOUT_FILES = ("sampler", "saturation")
+WITHOUT_FILES = ("sampler",)
 """Sections whose components are those that are shipped or installed."""
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"

@@ -15,7 +15,6 @@ from typing import Any
 _PACKAGE = Path(__file__).parents[1]
 _TABLES = (
     *((folder / "__init__.py", "MEMBERS") for folder in sorted((_PACKAGE / "components").iterdir()) if folder.is_dir()),
-    (_PACKAGE / "physics" / "saturation.py", "SATURATIONS"),
     (_PACKAGE / "components" / "manual.py", "CHAPTERS"),
     (_PACKAGE / "campaign" / "distribution_notation.py", "LAWS"),
     (_PACKAGE / "campaign" / "distribution_notation.py", "RADIAL"),

@@ -9,6 +9,7 @@ What a component of a user is written with:
     Disturbance                        a force and a torque; Wrench, Scene: what it gives and gets
     NavigationError                    the measured motion; Motion: what it gives and gets
     Metric                             a value of every flight; Instant: what it gets
+    Saturation                         how a command is limited
     Signal                             unit and meaning of a value
     Parameters                         the model of a component's numbers, with the fields
     rotation_matrix                    R(σ) from the target's frame to the pursuer's
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from rvjax.components.forms.measured import Measured
     from rvjax.components.forms.metric import Instant, Metric
     from rvjax.components.forms.navigation import Motion, NavigationError
+    from rvjax.components.forms.saturation import Saturation
     from rvjax.components.forms.signal import Signal
 
 __all__ = [
@@ -54,6 +56,7 @@ __all__ = [
     "Motion",
     "NavigationError",
     "Parameters",
+    "Saturation",
     "Scene",
     "Signal",
     "Wrench",
@@ -85,6 +88,7 @@ _ORIGIN = {
     "Motion": f"{_FORMS}.navigation",
     "NavigationError": f"{_FORMS}.navigation",
     "Parameters": f"{_FIELDS}:Model",
+    "Saturation": f"{_FORMS}.saturation",
     "Scene": f"{_FORMS}.disturbance",
     "Signal": f"{_FORMS}.signal",
     "rotation_matrix": f"{_FORMS}.arrays",

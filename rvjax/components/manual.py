@@ -22,8 +22,6 @@ from rvjax.components import user_code
 from rvjax.components.manual_examples import Example, mappings
 from rvjax.components.manual_keys import Key, flat
 from rvjax.components.registry import FAMILIES, FAMILY_OF, Component, choosable, component, family_of, members, module_of, sound
-from rvjax.physics import saturation
-from rvjax.physics.saturation import SATURATIONS
 
 PACKAGE = "rvjax"
 
@@ -99,14 +97,10 @@ def components() -> Iterator[tuple[str, str, str]]:
     for family in FAMILIES:
         for name in sound(family):
             yield family, name, members(family)[name]
-    for name in SATURATIONS:
-        yield "saturation", name, saturation.__name__
 
 
 def page(family: str, name: str) -> Page:
     """The manual page of a component, without examples."""
-    if family == "saturation":
-        return Page(family, name, saturation.__name__, inspect.getdoc(SATURATIONS[name]) or "")
     text, origin = inspect.getdoc(module_of(family, name)) or "", members(family)[name]
     return _page(family, name, origin, text, component(family, name))
 
@@ -166,7 +160,7 @@ def campaign_schema() -> dict[str, Any]:
     families: dict[str, Mapping[str, type[Model]]] = {
         section: {name: member.parameters for name, member in choosable(family).items()} for section, family in FAMILY_OF.items()
     }
-    return schema(families | {"saturation": dict.fromkeys(SATURATIONS, Model)})
+    return schema(families)
 
 
 def rows(model: type[Model], prefix: str = "") -> Iterator[Row]:

@@ -32,10 +32,10 @@ from rvjax.errors import UsageError
 
 CAMPAIGN_FILE, FAMILY = "campaign file", "family"
 
-SECTIONS: Mapping[str, str] = {**FAMILY_OF, "saturation": "saturation", "tune.method": "searches"}
+SECTIONS: Mapping[str, str] = {**FAMILY_OF, "tune.method": "searches"}
 """Path of a key of the campaign file → the family that its components come from."""
 
-_FIRST = {"saturation": "hard-clip"} | {family: next(iter(choosable(family))) for family in FAMILIES}
+_FIRST = {family: next(iter(choosable(family))) for family in FAMILIES} | {"saturations": "hard-clip"}
 """Family → the member in an example of a section."""
 
 _BESIDES: Mapping[tuple[str, str], Mapping[str, Any]] = {
@@ -135,7 +135,7 @@ def _grouped() -> Mapping[str, list[tuple[Trail, str, set[str]]]]:
         for trail in trails(Chosen):
             names = {f"{section}.{path_of(trail)}", *(names_of(trail) if section != "baselines" else ())}
             groups.setdefault(f"{section}.{path_of(trail)}", []).append((trail, "", names))
-        for member, known in choosable(family).items() if family != "saturation" else ():
+        for member, known in choosable(family).items():
             for trail in trails(known.parameters):
                 names = set() if section == "baselines" else names_of(trail)
                 whole = {name for name in names_of(trail) if name.count(".") == len(trail) - 1}
@@ -209,9 +209,7 @@ def _example(path: str, trail: Trail, member: str, form: type[Model] | None = No
 
 def _chosen(section: str, member: str, keys: Sequence[str], more: Mapping[str, Any] | None = None) -> Example:
     """A section with a component that shows one of its parameters."""
-    parameters: Mapping[str, Any] = {}
-    if SECTIONS[section] != "saturation":
-        parameters = next(mappings(component(SECTIONS[section], member).parameters, keys))
+    parameters = next(mappings(component(SECTIONS[section], member).parameters, keys))
     another = {"name": "second"} if section == "baselines" else {}
     chosen = {"use": member, **another, **(more or {}), **parameters}
     *outer, key = section.split(".")

@@ -21,7 +21,10 @@ from rvjax.components import installed_code, user_code
 from rvjax.components.effect import Neutral
 from rvjax.errors import CampaignError, Finding, UsageError
 
-FAMILIES = ("actuators", "controllers", "disturbances", "effects", "faults", "metrics", "navigation", "samplers", "searches")
+FAMILIES = (
+    *("actuators", "controllers", "disturbances", "effects", "faults", "metrics"),
+    *("navigation", "samplers", "saturations", "searches"),
+)
 
 FAMILY_OF = {
     "controller": "controllers",
@@ -32,6 +35,7 @@ FAMILY_OF = {
     "effects": "effects",
     "navigation": "navigation",
     "metrics": "metrics",
+    "saturation": "saturations",
     "sampler": "samplers",
 }
 """Section of the campaign file → the family that its components come from."""
@@ -172,6 +176,7 @@ _EXAMPLES = {
     "disturbances": "DISTURBANCE = Disturbance(Parameters, push)",
     "navigation": "NAVIGATION = NavigationError(Parameters, see)",
     "metrics": "METRIC = Metric(Parameters, columns, start, update)",
+    "saturations": "SATURATION = Saturation(limited)",
 }
 """What a user's file says, by family."""
 

@@ -189,6 +189,8 @@ def guarded(file: PythonFile, component: Any) -> Any:
     def build(parameters: Any) -> Any:
         with mistakes(file):
             built = component.build(parameters)
+        if callable(built):
+            return guard(built)
         changed = {name: guard(value) for name, value in zip(built._fields, built, strict=True) if callable(value)}
         return built._replace(**changed)
 

@@ -28,7 +28,7 @@ FLYING = (
     *("campaign", "physics", "simulation", "stats/random_streams.py"),
     "components/user_code.py",
     *(f"components/{family}" for family in ("actuators", "controllers", "disturbances", "effects", "faults", "forms")),
-    *(f"components/{family}" for family in ("metrics", "navigation", "samplers")),
+    *(f"components/{family}" for family in ("metrics", "navigation", "samplers", "saturations")),
 )
 """Parts of this package that a flight depends on: their source is part of the identity. A test walks the imports of what flies
 and finds nothing outside of them."""

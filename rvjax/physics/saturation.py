@@ -13,7 +13,7 @@ The hard clip is the true actuator, which the smooth forms approximate.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
@@ -49,14 +49,6 @@ def hard_clip(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
     """h = min(max(v, −u⁻), u⁺); h' = 1 strictly inside the limits, 0 outside."""
     inside = (v < upper) & (v > -lower)
     return jnp.clip(v, -lower, upper), jnp.where(inside, 1.0, 0.0)
-
-
-SATURATIONS: Mapping[str, Saturation] = {
-    "smooth-tanh": smooth_tanh,
-    "shifted-tanh": shifted_tanh,
-    "erf": error_function,
-    "hard-clip": hard_clip,
-}
 
 
 def saturate(saturation: Saturation, v: Channels, upper: Channels, lower: Channels) -> tuple[Channels, Channels]:

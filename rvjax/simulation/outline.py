@@ -60,7 +60,7 @@ class Outline:
 
 
 def _components(campaign: Mapping[str, Any]) -> Iterator[Entry]:
-    for section in (*FAMILY_OF, "saturation"):
+    for section in FAMILY_OF:
         for place, raw in _mappings((section,), campaign.get(section)):
             if isinstance(raw.get("use"), str):
                 yield Entry(section, place, raw)

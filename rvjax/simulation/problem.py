@@ -28,7 +28,6 @@ from rvjax.components.faults.interface import FaultParameters
 from rvjax.components.metrics.interface import Metric
 from rvjax.components.registry import FAMILY_OF, Component, component, members, standard_metrics
 from rvjax.errors import CampaignError, Finding, UsageError
-from rvjax.physics.saturation import SATURATIONS
 from rvjax.physics.thruster_allocation import Allocation, ThrusterSystem, bounded_least_squares, pseudo_inverse, wrench
 from rvjax.simulation import jax_config, requirement_checks
 from rvjax.simulation.chosen_metrics import with_chosen
@@ -170,8 +169,9 @@ def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Prob
     findings += _unknown_metrics(source, outline, [name for metric in metrics for name in metric.columns])
     if spec is None or findings:
         raise CampaignError(dict.fromkeys(findings))
-    if spec.sampler.path not in parameters:  # the default, which the file does not name
-        parameters[spec.sampler.path] = component("samplers", spec.sampler.use).parameters()
+    for choice in (spec.sampler, spec.saturation):
+        if choice.path not in parameters:  # the default, which the file does not name
+            parameters[choice.path] = component(FAMILY_OF[str(choice.path[0])], choice.use).parameters()
     if available is None or not spec.margins:
         return _resolve(spec, parameters, metrics, ())
     margins = margins_metric(spec.margins, available.signals, spec.horizon.step_s)
@@ -201,7 +201,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         spec=spec,
         loop=Loop(
             controller=build[spec.controller.path],
-            saturation=SATURATIONS[spec.saturation.use],
+            saturation=component("saturations", spec.saturation.use).build(parameters[spec.saturation.path]),
             faults=tuple(build[choice.path] for choice in spec.faults),
             disturbances=tuple(build[choice.path] for choice in spec.disturbances),
             navigation=tuple(build[choice.path] for choice in spec.navigation),
@@ -260,19 +260,17 @@ def _gear(thrusters: Thrusters) -> ThrusterSystem:
 def _parameters(entry: Entry, outline: Outline, body: NominalBody, source: Source) -> tuple[Model | None, list[Finding]]:
     """The parameters of a component, or every finding about them."""
     section, place, raw = entry
-    known = SATURATIONS if section == "saturation" else members(FAMILY_OF[section])
+    known = members(FAMILY_OF[section])
     use = raw["use"]
     if is_python_file(use) and not isinstance(use, PythonFile):
         return None, []  # there is a finding about the file already
-    if isinstance(use, PythonFile) and section in ("saturation", "sampler"):
+    if isinstance(use, PythonFile) and section == "sampler":
         return None, [source.finding((*place, "use"), "a file of yours is not flown here", f"accepted: {', '.join(known)}")]
     if use not in known and not isinstance(use, PythonFile):
         what, flag = _OWN.get(section, ("", ""))
         yours = f"; or ./FILE.py with {what}, such as `rvjax init --{flag} FILE.py` writes" if what else ""
         return None, [source.finding((*place, "use"), f"{describe(use)} is not known here", did_you_mean(use, known) + yours)]
     values = {key: value for key, value in raw.items() if key not in ("use", "name")}
-    if section == "saturation":
-        return validate(Model, values, place, source)
     actuators = outline.actuators if section == "faults" else CHANNELS
     member: Component[Any] | Metric = component(FAMILY_OF[section], use)
     if not isinstance(member, Component):

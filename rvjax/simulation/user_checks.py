@@ -157,6 +157,11 @@ def _actuator(built: Any, thrusters: int, given_numbers: Numbers, given: Argumen
     return built.act(given.tick.t + given.tick.h, u, memory, limits, given_numbers)
 
 
+def _saturation(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
+    del thrusters, given_numbers
+    return built(given.wrench.force.x, given.plant.upper.force.x, given.plant.lower.force.x)
+
+
 def _effect(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
     del thrusters
     state, numbers, effects = built.start(given_numbers), (given_numbers,), (built,)
@@ -180,6 +185,7 @@ _TRACED: Mapping[str, Callable[..., Any]] = {
     "disturbances": _disturbance,
     "navigation": _navigation,
     "metrics": _metric,
+    "saturations": _saturation,
     "actuators": _actuator,
     "effects": _effect,
 }

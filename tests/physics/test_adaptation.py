@@ -17,12 +17,12 @@ from rvjax.components.controllers import pd_plus, saturated_adaptive
 from rvjax.physics import backstepping
 from rvjax.physics.differentiators import DIFFERENTIATORS
 from rvjax.physics.nussbaum import GAINS
-from rvjax.physics.saturation import SATURATIONS, saturate
+from rvjax.physics.saturation import saturate
 from rvjax.physics.state import Measurement, Numbers
 from rvjax.physics.vectors import Channels, Symmetric, Vector, dot
 from rvjax.simulation import closed_loop
 from tests import flights
-from tests.flights import Recorder
+from tests.flights import SATURATIONS, Recorder
 
 CHI = np.linspace(-4.0, 4.0, 33)
 

@@ -16,11 +16,12 @@ from rvjax.components.controllers.interface import DiscreteController
 from rvjax.components.registry import component, members
 from rvjax.physics import backstepping
 from rvjax.physics.dynamics import relative
-from rvjax.physics.saturation import SATURATIONS, saturate
+from rvjax.physics.saturation import saturate
 from rvjax.physics.state import Numbers, State
 from rvjax.physics.vectors import Channels, Symmetric, Vector, dot, each, mrp_rate
 from rvjax.simulation import closed_loop, rk4
 from tests import flights
+from tests.flights import SATURATIONS
 
 PUSH = Channels.of((0.05, -0.08, 0.06, 0.01, -0.02, 0.015))
 """A constant unknown wrench [N, N·m]."""

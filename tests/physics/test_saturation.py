@@ -11,8 +11,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from rvjax.physics.saturation import SATURATIONS, saturate
+from rvjax.physics.saturation import saturate
 from rvjax.physics.vectors import Channels
+from tests.flights import SATURATIONS
 
 UPPER, LOWER = 4.0, 3.0
 SMOOTH = ("smooth-tanh", "shifted-tanh", "erf")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rvjax.components import registry
@@ -125,3 +126,33 @@ def test_editors_accept_a_file(section: str, use: str, accepted: bool) -> None:
     uses = [branch["properties"]["use"] for branch in branches]
     fits = [rule.get("const") == use or ("pattern" in rule and re.search(rule["pattern"], use) is not None) for rule in uses]
     assert sum(fits) == accepted
+
+
+SATURATION = """
+import jax.numpy as jnp
+from rvjax.components import Saturation
+
+
+def limited(command, upper, lower):
+    return jnp.where(command >= 0.0, upper * jnp.tanh(command / upper), lower * jnp.tanh(command / lower))
+
+
+SATURATION = Saturation(limited)
+"""
+
+
+def test_a_saturation_of_a_user_flies_like_ours(tmp_path: Path) -> None:
+    """The smooth tanh written again: the same flights to rounding; its slope is its derivative. Kills: limits that are swapped, a
+    slope of 1."""
+    (tmp_path / "soft.py").write_text(SATURATION)
+    campaign = project(tmp_path, LAW)
+    campaign.write_text(campaign.read_text().replace("upper: [4, 4, 4,", "upper: [1, 1, 1,"))
+    tables = [
+        RunFolder.open(run(campaign, tmp_path / name, [f"saturation={{use: {use}}}"], progress=False)).samples().frame
+        for name, use in (("mine", "./soft.py"), ("ours", "smooth-tanh"))
+    ]
+    for name in (name for name in tables[0].columns if name.startswith("metric.")):
+        np.testing.assert_allclose(tables[0][name], tables[1][name], rtol=1e-9, atol=1e-9, err_msg=name)
+    mine, ours = load(campaign, ["saturation={use: ./soft.py}"]).loop.saturation, load(campaign).loop.saturation
+    for command in (-2.0, -0.1, 0.3, 5.0):
+        np.testing.assert_allclose(mine(command, 1.0, 0.6), ours(command, 1.0, 0.6), rtol=1e-6)
