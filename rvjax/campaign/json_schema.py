@@ -14,9 +14,6 @@ from rvjax.campaign.plain_values import is_list, is_mapping
 PYTHON_FILE = r"\.py(:[A-Za-z_][A-Za-z0-9_]*)?$"
 """Pattern of a `use` that names a file."""
 
-WITHOUT_FILES = ("sampler",)
-"""Sections whose components are those that are shipped or installed."""
-
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
@@ -33,8 +30,7 @@ def schema(families: Mapping[str, Mapping[str, type[Model]]] | None = None) -> d
         entry = declared.get("items", declared)
         common = entry.pop("properties")
         entry["oneOf"] = [_component(name, model, common, definitions) for name, model in members.items()]
-        if field not in WITHOUT_FILES:
-            entry["oneOf"].append(_file(common))
+        entry["oneOf"].append(_file(common))
     whole["properties"]["margins"]["additionalProperties"] = {"$ref": "#/$defs/Margin"}
     shared = {"Distribution": distribution(), "JointDistribution": joint_distribution()}
     compact = _refer({**whole, "$defs": definitions}, shared)

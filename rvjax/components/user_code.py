@@ -78,6 +78,21 @@ def finding(error: BaseException, file: PythonFile, what: Callable[..., Any] | N
     return Finding(where, function, found.replace(f"{PREFIX}{file.digest}.", ""), accepted)
 
 
+def _called_back(file: PythonFile, search: Callable[..., None]) -> Callable[..., None]:
+    """A search method of a user, which calls functions of this package: only an error of its own lines is a mistake in them."""
+
+    def call(*arguments: Any) -> None:
+        try:
+            search(*arguments)
+        except Exception as error:
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            if last.filename not in {file.path(source) for source in file.sources}:
+                raise
+            raise CampaignError([finding(error, file)]) from None
+
+    return call
+
+
 def place_of(what: Any, file: PythonFile) -> str:
     """`file:line` of a function or class of the user, else of the beginning of the file."""
     code = getattr(getattr(what, "__wrapped__", what), "__code__", None)
@@ -188,11 +203,15 @@ def guarded(file: PythonFile, component: Any) -> Any:
 
     def build(parameters: Any) -> Any:
         with mistakes(file):
-            built = component.build(parameters)
+            built: Any = component.build(parameters)
+        if component.family == "searches":
+            return _called_back(file, built)
         if callable(built):
             return guard(built)
-        changed = {name: guard(value) for name, value in zip(built._fields, built, strict=True) if callable(value)}
-        return built._replace(**changed)
+        tupled = hasattr(built, "_asdict")
+        values: dict[str, Any] = built._asdict() if tupled else vars(built)
+        changed = {name: guard(value) for name, value in values.items() if callable(value)}
+        return built._replace(**changed) if tupled else replace(built, **changed)
 
     def guard(function: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(function)

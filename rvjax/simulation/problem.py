@@ -264,8 +264,6 @@ def _parameters(entry: Entry, outline: Outline, body: NominalBody, source: Sourc
     use = raw["use"]
     if is_python_file(use) and not isinstance(use, PythonFile):
         return None, []  # there is a finding about the file already
-    if isinstance(use, PythonFile) and section == "sampler":
-        return None, [source.finding((*place, "use"), "a file of yours is not flown here", f"accepted: {', '.join(known)}")]
     if use not in known and not isinstance(use, PythonFile):
         what, flag = _OWN.get(section, ("", ""))
         yours = f"; or ./FILE.py with {what}, such as `rvjax init --{flag} FILE.py` writes" if what else ""

@@ -116,7 +116,7 @@ def test_workers_get_the_code(tmp_path: Path) -> None:
         ("controller", "pd-plus", True),
         ("controller", "pd_plus", False),
         ("controller", "./my_law.txt", False),
-        ("sampler", "./mine.py", False),
+        ("sampler", "./mine.py", True),
     ],
 )
 def test_editors_accept_a_file(section: str, use: str, accepted: bool) -> None:
@@ -156,3 +156,68 @@ def test_a_saturation_of_a_user_flies_like_ours(tmp_path: Path) -> None:
     mine, ours = load(campaign, ["saturation={use: ./soft.py}"]).loop.saturation, load(campaign).loop.saturation
     for command in (-2.0, -0.1, 0.3, 5.0):
         np.testing.assert_allclose(mine(command, 1.0, 0.6), ours(command, 1.0, 0.6), rtol=1e-6)
+
+
+SAMPLER = """
+from dataclasses import dataclass
+import numpy as np
+from rvjax.campaign import Model
+from rvjax.components.samplers.interface import Sampling, Scheme
+
+
+class Parameters(Model):
+    pass
+
+
+@dataclass(frozen=True)
+class Middle:
+    samples: object
+
+    def uniforms(self, name, count):
+        return np.full((len(self.samples), count), 0.25 + 0.5 * (self.samples[:, None] % 2))
+
+    def prescribed(self, name):
+        return None
+
+
+class Alternating:
+    def at(self, samples):
+        return Middle(samples)
+
+
+SAMPLER = Sampling(Parameters, lambda parameters: Scheme(lambda setting: Alternating()))
+"""
+METHOD = """
+import numpy as np
+from rvjax.campaign import Model
+from rvjax.components.search_methods.interface import Method
+from rvjax.components.search_methods.point_sets import propose
+
+
+class Parameters(Model):
+    pass
+
+
+def search(task, evaluate):
+    propose(task, evaluate, lambda count: np.linspace(0.1, 0.9, count)[:, None], None)
+
+
+METHOD = Method(Parameters, lambda parameters: search)
+"""
+
+
+def test_a_sampler_and_a_search_method_of_a_user(tmp_path: Path, rvjax: Run) -> None:
+    """The draws are those of the sampler, and nothing is judged on them; the search proposes what the method says. Kills: a
+    verdict on samples whose independence nobody has shown."""
+    (tmp_path / "quartiles.py").write_text(SAMPLER)
+    (tmp_path / "line.py").write_text(METHOD)
+    campaign = project(tmp_path, LAW)
+    folder = run(campaign, tmp_path / "run", ["sampler={use: ./quartiles.py}"], progress=False)
+    np.testing.assert_allclose(RunFolder.open(folder).samples().frame["draw.pursuer.mass_kg"], [95.0, 105.0] * 4)
+    campaign.write_text(campaign.read_text() + REQUIRE + TUNE)
+    code, _, err = rvjax("validate", campaign, "--set", "sampler={use: ./quartiles.py}")
+    assert code == 2
+    assert "which are not independent" in err
+    _, record = tune(campaign, tmp_path / "tuned", ["tune.method={use: ./line.py}"], progress=False)
+    values = sorted(row.values["controller.gains.kp"] for row in record.rows)
+    np.testing.assert_allclose(values[:1] + values[-1:], [0.0065, 0.0185])

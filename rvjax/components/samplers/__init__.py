@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from rvjax.campaign import Spec
+from rvjax.campaign.python_files import PythonFile
 from rvjax.components.registry import component
-from rvjax.stats.sampling_design import SamplingDesign
+from rvjax.stats.sampling_design import Exploration, SamplingDesign
 
 MEMBERS = {
     "monte-carlo": "rvjax.components.samplers.monte_carlo",
@@ -17,5 +18,8 @@ MEMBERS = {
 
 
 def sampling_design_of(spec: Spec) -> SamplingDesign:
-    """The sampling design of a campaign: whether its samples are independent, and so whether verdicts are possible."""
+    """The sampling design of a campaign: whether its samples are independent, and so whether verdicts are possible. A sampler in
+    a user's file explores: nothing proves its independence, and whoever reads a run does not execute its code."""
+    if isinstance(spec.sampler.use, PythonFile):
+        return Exploration()
     return component("samplers", spec.sampler.use).design

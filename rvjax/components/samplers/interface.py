@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from rvjax.campaign.draw_names import Names
 from rvjax.campaign.problems import Problem
 from rvjax.components.registry import Component, P
 from rvjax.stats.random_streams import uniforms
-from rvjax.stats.sampling_design import SamplingDesign
+from rvjax.stats.sampling_design import Exploration, SamplingDesign
 
 Values = NDArray[np.float64]
 Samples = NDArray[np.int64]
@@ -67,9 +67,11 @@ class Scheme:
 
 @dataclass(frozen=True)
 class Sampling(Component[P]):
-    """A sampler. design: whether its samples are independent."""
+    """A sampler. design: whether its samples are independent; those of a user's file count as exploration, whatever it says."""
 
-    design: SamplingDesign = field(kw_only=True)
+    family: ClassVar[str] = "samplers"
+
+    design: SamplingDesign = field(default=Exploration(), kw_only=True)
 
 
 PLACE = ("sampler",)

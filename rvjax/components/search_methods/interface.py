@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +98,8 @@ class Method(Component[P]):
     packages: distributions whose version may change the proposals. problems(parameters, axes, candidates): why a search with
     these axes and this budget cannot begin; places are those of the section `method`.
     """
+
+    family: ClassVar[str] = "searches"
 
     gradient: bool = field(default=False, kw_only=True)
     several: bool = field(default=False, kw_only=True)

@@ -22,6 +22,7 @@ from rvjax.analysis.verdicts.folders import SEARCH
 from rvjax.campaign import Source, Spec, validate
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.plain_values import describe
+from rvjax.campaign.python_files import PythonFile
 from rvjax.campaign.tuning import Tuning
 from rvjax.campaign.tuning_parameters import Log, is_free
 from rvjax.columns import draw_column, metric_column
@@ -66,7 +67,7 @@ def prepare(path: str | Path | Source, overrides: Sequence[str] = ()) -> tuple[S
         findings.append(source.finding(("sampler",), basis.sentence, accepted))
     method, parameters = None, None
     known, use = members("searches"), tuning.method.use
-    if use not in known:
+    if use not in known and not isinstance(use, PythonFile):
         findings.append(source.finding(("tune", "method", "use"), f"{describe(use)} is not known here", did_you_mean(use, known)))
     else:
         method = component("searches", use)
@@ -237,6 +238,8 @@ def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
     settings["method"] = {"use": tuning.method.use, **tuning.method.parameters}
     settings["require"] = [requirement.model_dump(mode="json") for requirement in spec.require]
     settings["fresh"] = _samples(spec)  # decides which shares are needed
+    if isinstance(tuning.method.use, PythonFile):
+        settings["code"] = tuning.method.use.digests
     settings["packages"] = {name: version(name) for name in component("searches", tuning.method.use).packages}
     text = json.dumps(settings, sort_keys=True, default=repr)
     mine = identity(space.problem) | {"seed": seed}
