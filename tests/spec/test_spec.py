@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any, Literal
 
@@ -320,6 +321,8 @@ def _accepts(schema_of: Any, value: Any, defs: dict[str, Any]) -> bool:
     if "$ref" in schema_of:
         return _accepts(defs[schema_of["$ref"].removeprefix("#/$defs/")], value, defs)
     if "anyOf" in schema_of and not any(_accepts(item, value, defs) for item in schema_of["anyOf"]):
+        return False
+    if "pattern" in schema_of and isinstance(value, str) and re.search(schema_of["pattern"], value) is None:
         return False
     if "oneOf" in schema_of and sum(_accepts(item, value, defs) for item in schema_of["oneOf"]) != 1:
         return False
