@@ -12,12 +12,12 @@ from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.formula import MOST_SUGGESTIONS, Formula, Junction, Predicate, Reader, Until, parts_of, walk
 from rvjax.campaign.plain_values import shorten
 from rvjax.columns import SIGNAL
-from rvjax.components.controllers.interface import Controller
+from rvjax.components.controllers.interface import Controller, DiscreteController
 from rvjax.errors import Finding
 from rvjax.simulation.signals import Signal, derived, recorded, reported
 from rvjax.simulation.temporal_margins import unit
 
-ControllerChoice = tuple[Controller, Mapping[str, Quantity]]
+ControllerChoice = tuple[Controller | DiscreteController, Mapping[str, Quantity]]
 """A controller and its gains."""
 
 
@@ -106,6 +106,6 @@ def _nearest(name: str, known: list[str], few: bool) -> str:
     )
 
 
-def controller_of(controller: Controller, quantities: Mapping[str, Quantity]) -> ControllerChoice:
+def controller_of(controller: Controller | DiscreteController, quantities: Mapping[str, Quantity]) -> ControllerChoice:
     """A controller with its gains, from all its quantities in the campaign."""
     return controller, {name.removeprefix("gains."): gain for name, gain in quantities.items() if name.startswith("gains.")}

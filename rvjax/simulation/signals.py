@@ -26,10 +26,11 @@ import numpy as np
 
 from rvjax.campaign import Quantity
 from rvjax.columns import AXES, CHANNELS, SIGNAL, Column
-from rvjax.components.controllers.interface import WRENCH, Controller
+from rvjax.components.controllers.interface import WRENCH, Controller, DiscreteController
 from rvjax.components.effects.interface import Effect
-from rvjax.physics.state import Measurement, Motion, Numbers, Step, TargetMotion
+from rvjax.physics.state import Step
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, dot, each, largest, norm
+from rvjax.simulation import user_checks
 
 UNSAID = "?"
 """Unit of a signal that its controller does not declare."""
@@ -173,20 +174,12 @@ def _shares(step: Step) -> Channels:
     return each(share, step.commanded, step.plant.upper, step.plant.lower)
 
 
-def reported(controller: Controller, gains: Mapping[str, Quantity]) -> Mapping[str, Any]:
+def reported(controller: Controller | DiscreteController, gains: Mapping[str, Quantity]) -> Mapping[str, Any]:
     """The signals of a controller, by name, as shapes without numbers: it is traced, not run. gains: of the controller."""
-    number = jax.ShapeDtypeStruct((), jnp.float32)
-    vector = Vector(number, number, number)
-    channels = Channels(vector, vector)
-    motion = Motion(vector, vector, vector, vector)
-    measurement = Measurement(number, motion, TargetMotion(vector, vector, vector), vector, vector, channels, channels)
-    shapes = {"vector": vector, "channels": channels}
-    numbers = Numbers({name: shapes.get(gain.shape, number) for name, gain in gains.items()})
-
-    def report(measurement: Measurement, numbers: Numbers) -> Mapping[str, Any]:
-        return controller.respond(measurement, controller.start(measurement, numbers), lambda v: (v, v), numbers).report.signals
-
-    return jax.eval_shape(report, measurement, numbers)
+    _, _, report = jax.eval_shape(
+        user_checks.traced("controllers", controller, 0), user_checks.numbers(gains), user_checks.ARGUMENTS
+    )
+    return report.signals
 
 
 def thrusts(step: Step) -> tuple[Any, ...]:

@@ -12,6 +12,7 @@ from scipy.linalg import solve_discrete_are
 from rvjax.execution.replay import replay
 from rvjax.execution.run import run
 from rvjax.physics.riccati import filtered, regulator
+from rvjax.simulation.problem import load
 from tests.short import CAMPAIGN, SHORT
 
 PERIOD = 0.5
@@ -55,3 +56,9 @@ def test_its_prediction_is_what_comes(tmp_path: Path) -> None:
     assert np.max(np.abs(there[1:])) > 1.0
     np.testing.assert_allclose(expected, there[: len(expected)], atol=2e-3)
     assert np.linalg.norm(there[-1]) < 0.6 * np.linalg.norm(there[0])
+
+
+def test_its_signals_are_known_to_margins() -> None:
+    """A margin may name them. Kills: signals that are looked for in a continuous controller only."""
+    margins = "margins={near: {always: {signal: ctl.expected_rho_m_x, below: 100}}}"
+    assert load(CAMPAIGN, ["controller={use: lqr-kalman}", "correlate=[]", margins]).margins
