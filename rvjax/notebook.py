@@ -1,8 +1,10 @@
 """Campaigns and runs as objects, for notebooks and scripts: everything that the command line does, with the same words.
 
-campaign = rvjax.Campaign("campaign.yaml").with_({"controller.gains.k1": 0.08}, samples=2000)
-run = campaign.fly("reports/mine")
-run.samples, run.verdicts, run.replay(17)
+    campaign = rvjax.Campaign("campaign.yaml").with_({"controller.gains.k1": 0.08}, samples=2000)
+    run = campaign.fly("reports/mine")
+    run.samples, run.verdicts, run.replay(17)
+
+docs/python.md shows each.
 """
 
 from __future__ import annotations
@@ -12,12 +14,14 @@ import inspect
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from rvjax.campaign.python_files import PythonFile, read_file
 from rvjax.campaign.source import Source, read
+from rvjax.components.registry import FAMILY_OF
 from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
@@ -31,9 +35,6 @@ if TYPE_CHECKING:
     from rvjax.run_folder.tuning_record import Searched
     from rvjax.search.worst_case import Worst
     from rvjax.simulation.problem import Problem
-
-SECTIONS = ("controller", "actuation", "faults", "disturbances", "effects", "navigation", "metrics", "baselines")
-"""Sections that take components."""
 
 
 class Campaign:
@@ -54,7 +55,7 @@ class Campaign:
         changed = type(self)(self.path, self.overrides)
         changed._code = dict(self._code)
         for place, value in {**(values or {}), **sections}.items():
-            plain = changed._plain(value, place in SECTIONS)
+            plain = changed._plain(value, place in FAMILY_OF)
             changed.overrides += (f"{place}={json.dumps(plain, ensure_ascii=False)}",)
         return changed
 
@@ -74,8 +75,7 @@ class Campaign:
         """What is loaded: the file, and with it the code of component objects."""
         if not self._code:
             return self.path
-        source = read(self.path)
-        return Source(source.name, source.text, source.value, source.marks, source.key_marks, source.findings, dict(self._code))
+        return replace(read(self.path), inputs=dict(self._code))
 
     @cached_property
     def problem(self) -> Problem:

@@ -1,4 +1,4 @@
-"""The files that a campaign names, read and put in the place of their names: CSV tables, and Python files with components."""
+"""Reads the files that a campaign names: CSV tables, and Python files with components."""
 
 from __future__ import annotations
 

@@ -28,9 +28,10 @@ if TYPE_CHECKING:
     from rvjax.campaign.fields import channels, count, flag, number, option, scalar, vector
     from rvjax.components.forms.actuator import Actuator, Clock
     from rvjax.components.forms.arrays import rotation_matrix
+    from rvjax.components.forms.called import Wrench
     from rvjax.components.forms.controller import Command, Controller
     from rvjax.components.forms.discrete_controller import DiscreteController
-    from rvjax.components.forms.disturbance import Disturbance, Scene, Wrench
+    from rvjax.components.forms.disturbance import Disturbance, Scene
     from rvjax.components.forms.effect import Body, Effect
     from rvjax.components.forms.fault import Fault, FaultParameters
     from rvjax.components.forms.measured import Measured
@@ -92,7 +93,7 @@ _ORIGIN = {
     "Scene": f"{_FORMS}.disturbance",
     "Signal": f"{_FORMS}.signal",
     "rotation_matrix": f"{_FORMS}.arrays",
-    "Wrench": f"{_FORMS}.disturbance",
+    "Wrench": f"{_FORMS}.called",
 } | dict.fromkeys(("channels", "count", "flag", "number", "option", "scalar", "vector"), _FIELDS)
 """Public name → module, and the attribute where it has another name."""
 

@@ -129,20 +129,24 @@ def choosable(family: str) -> dict[str, Component[Any]]:
 
 def sound(family: str) -> dict[str, Any]:
     """Name → component of every member that can be imported: a broken package of somebody breaks nothing else."""
-    wrong = broken(family)
-    return {name: component(family, name) for name in members(family) if name not in wrong}
+    return _tried(family)[0]
 
 
 def broken(family: str) -> dict[str, str]:
-    """Name → message of every member of another package that cannot be used."""
-    found: dict[str, str] = {}
-    for name, origin in members(family).items():
-        if not origin.startswith("rvjax."):
-            try:
-                component(family, name)
-            except UsageError as error:
-                found[name] = str(error)
-    return found
+    """Name → message of every member that cannot be used."""
+    return _tried(family)[1]
+
+
+def _tried(family: str) -> tuple[dict[str, Any], dict[str, str]]:
+    """(name → component of those that can be used, name → message of those that cannot)."""
+    usable: dict[str, Any] = {}
+    wrong: dict[str, str] = {}
+    for name in members(family):
+        try:
+            usable[name] = component(family, name)
+        except UsageError as error:
+            wrong[name] = str(error)
+    return usable, wrong
 
 
 def member_of(module: Any, member: str, family: str, origin: str) -> Any:

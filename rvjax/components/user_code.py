@@ -42,15 +42,9 @@ def module_of(file: PythonFile) -> ModuleType:
         return _executed[key]
 
 
-def is_executed(file: PythonFile) -> bool:
-    """Whether this process has executed the file."""
-    return (file.digest, file.folder) in _executed
-
-
 @contextmanager
-def mistakes(file: PythonFile, what: Callable[..., Any] | None = None) -> Iterator[None]:
-    """Turns any error of the user's code into a CampaignError with its line. what: the function that is called; its first line
-    stands where the error has no line in the user's files."""
+def mistakes(file: PythonFile) -> Iterator[None]:
+    """Turns any error of the user's code into a CampaignError with its line."""
     before = frozenset(sys.modules)
     try:
         with watched({file.path(source) for source in file.sources}):
@@ -60,26 +54,26 @@ def mistakes(file: PythonFile, what: Callable[..., Any] | None = None) -> Iterat
     except CampaignError:
         raise
     except (Exception, SystemExit) as error:  # noqa: BLE001
-        raise CampaignError([finding(error, file, what)]) from None
+        raise CampaignError([finding(error, file)]) from None
 
 
-def finding(error: BaseException, file: PythonFile, what: Callable[..., Any] | None = None) -> Finding:
-    """What is wrong, at the last line of the user's code that took part."""
+def finding(error: BaseException, file: PythonFile) -> Finding:
+    """What is wrong, at the last line of the user's code that took part; else at the function that gave it (`given_by`)."""
     paths = {file.path(source) for source in file.sources}
-    what = getattr(error, "function", None) or what
+    what = getattr(error, "function", None)
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in paths]
     if isinstance(error, SyntaxError) and error.filename in paths:
         where, function = f"{error.filename}:{error.lineno or 1}", ""
     elif frames:
         where, function = f"{frames[-1].filename}:{frames[-1].lineno}", frames[-1].name.replace("<module>", "")
     else:
-        where, function = place_of(what, file), getattr(what, "__name__", "")
+        where, function = _place_of(what, file), getattr(what, "__name__", "")
     found, accepted = words_of(error)
     return Finding(where, function, found.replace(f"{PREFIX}{file.digest}.", ""), accepted)
 
 
 def _called_back(file: PythonFile, search: Callable[..., None]) -> Callable[..., None]:
-    """A search method of a user, which calls functions of this package: only an error of its own lines is a mistake in them."""
+    """A search method of a user. It calls functions of this package, whose errors are not mistakes of the user."""
 
     def call(*arguments: Any) -> None:
         try:
@@ -93,7 +87,7 @@ def _called_back(file: PythonFile, search: Callable[..., None]) -> Callable[...,
     return call
 
 
-def place_of(what: Any, file: PythonFile) -> str:
+def _place_of(what: Any, file: PythonFile) -> str:
     """`file:line` of a function or class of the user, else of the beginning of the file."""
     code = getattr(getattr(what, "__wrapped__", what), "__code__", None)
     if code is None or code.co_filename not in {file.path(source) for source in file.sources}:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from typing import Any
 
 import jax
@@ -40,7 +39,7 @@ def _at_the_start(problem: Problem, drawn: Drawn) -> Iterator[tuple[Place, str]]
         h = numbers.context.step_s
         return y.control, *closed_loop.evaluate(problem.loop, numbers, h * 0.0, y, held, Tick(0, h * 0.0, h))[1:]
 
-    control, step, held = jax.tree.map(np.asarray, jax.jit(partial(begin))(first))
+    control, step, held = jax.tree.map(np.asarray, jax.jit(begin)(first))
     for index, _ in enumerate(problem.spec.navigation):
         if not _finite(step.measured):
             yield ("navigation", index), "the measured motion"

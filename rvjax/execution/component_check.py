@@ -1,8 +1,10 @@
 """The check of a component by itself: it is traced, then computed at many states.
 
-traced    kinds, shapes and types of what comes back; declared signals and no others; a pure function; every number is used
-computed  finite at STATES drawn states; every number changes some result
-cost      operations of an evaluation, in multiples of those of the controller pd-plus
+    traced    kinds, shapes and types of what comes back; declared signals and no others; a pure function; every number is used
+    computed  finite at STATES drawn states; which numbers change no result there
+    cost      operations of an evaluation, in multiples of those of the controller pd-plus
+
+The states are those of a rendezvous: positions, speeds, rates and limits within SIZES.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ from rvjax.simulation import jax_config, user_checks
 STATES = 64
 SEED = 20181
 STEP = 0.1
-"""Relative change of a number that has to change a result."""
+"""Relative change of a number whose effect on the results is looked at."""
 
 SIZES = {
     "t": 300.0,
@@ -106,7 +108,8 @@ def check(file: PythonFile | str, family: str, member: Component[Any], parameter
     if isinstance(file, PythonFile) and (dead := user_checks.unused(file, family, member, model, 0)):
         words = f"nothing depends on {', '.join(dead)}"
         raise CampaignError([_finding(file, words, "accepted: parameters that something depends on")])
-    function = user_checks.traced(family, member.build(model), 0)
+    built = member.build(model)
+    function = user_checks.traced(family, built, 0)
     compute = jax.jit(jax.vmap(function, in_axes=(None, 0)))
     quantities = user_checks.own_quantities(model)
     given = _numbers(quantities, member.noisy)
@@ -114,7 +117,6 @@ def check(file: PythonFile | str, family: str, member: Component[Any], parameter
     results = compute(given, states)
     _check_finite(file, results)
     idle = _idle(lambda numbers: compute(numbers, states), quantities, given, results)
-    built = member.build(model)
     signals = getattr(built, "signals", None) or getattr(built, "columns", None) or {}
     operations = _operations(function, given)
     baseline = component("controllers", "pd-plus")

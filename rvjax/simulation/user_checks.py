@@ -1,4 +1,4 @@
-"""Checks of a user's component before it flies: it is traced once with shapes in the place of numbers.
+"""Checks of a user's component before it flies: JAX traces it with shapes instead of numbers.
 
 A trace finds errors, wrong kinds and shapes of what comes back, and numbers of the campaign that nothing depends on.
 """
@@ -18,6 +18,7 @@ from rvjax.campaign.python_files import PythonFile
 from rvjax.components import user_code
 from rvjax.components.actuators.interface import Limits
 from rvjax.components.controllers.interface import DiscreteController
+from rvjax.components.forms.controller import unlimited
 from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.registry import Component
 from rvjax.components.user_mistakes import UserMistake
@@ -84,7 +85,7 @@ def own_quantities(model: Model) -> dict[str, Quantity]:
 
 
 def numbers(quantities: Mapping[str, Quantity], noisy: bool = False) -> Numbers:
-    """Shapes in the place of the numbers of a component."""
+    """The shapes of a component's numbers."""
     shapes: Mapping[str, Any] = {"scalar": NUMBER, "vector": VECTOR, "channels": CHANNELS}
     found = {
         name: Thrusts((NUMBER,) * len(quantity.parts)) if quantity.shape == "thrusters" else shapes[quantity.shape]
@@ -121,12 +122,8 @@ def _controller(built: Any, thrusters: int, gains: Numbers, given: Arguments) ->
     del thrusters
     state = built.start(given.measurement, gains)
     if isinstance(built, DiscreteController):
-        return built.update(given.measurement, state, _unlimited, gains)
-    return built.respond(given.measurement, state, _unlimited, gains)
-
-
-def _unlimited(command: Channels) -> tuple[Channels, Channels]:
-    return command, command * 0.0 + 1.0
+        return built.update(given.measurement, state, unlimited, gains)
+    return built.respond(given.measurement, state, unlimited, gains)
 
 
 def _fault(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
-from rvjax.campaign.python_files import read_file
+from rvjax.campaign.python_files import PythonFile, read_file
 from rvjax.components import installed_code, registry, user_code
 from rvjax.errors import CampaignError, FolderError
 from rvjax.execution.identity import identity
@@ -91,15 +92,16 @@ def test_the_bytes_that_are_digested_are_those_that_are_executed(campaign: Path,
     """The file changes after it was read, before it is executed. Kills: a second reading."""
     whole = user_code.module_of
 
-    def late(file: object) -> object:
+    def late(file: PythonFile) -> ModuleType:
         (campaign.parent / "gains_of.py").write_text("FACTOR = 7.0\n")
-        return whole(file)  # type: ignore[arg-type]
+        return whole(file)
 
     monkeypatch.setattr(user_code, "module_of", late)
     problem = load(campaign)
     law = problem.spec.controller.use
-    assert whole(law).FACTOR == 100.0  # type: ignore[arg-type]
-    assert law.sources["gains_of.py"] == b"FACTOR = 100.0\n"  # type: ignore[attr-defined]
+    assert isinstance(law, PythonFile)
+    assert whole(law).FACTOR == 100.0
+    assert law.sources["gains_of.py"] == b"FACTOR = 100.0\n"
 
 
 def test_two_files_of_the_same_name_do_not_meet(tmp_path: Path) -> None:

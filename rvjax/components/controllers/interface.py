@@ -34,7 +34,7 @@ class DiscreteController(NamedTuple):
     """A controller that acts at the instants of its period only; its command is held in between.
 
     start(measurement, gains) → its state at t = 0; update(measurement, state, saturate, gains) → (command, new state, report).
-    period_s: of its own, None for that of the campaign.
+    period_s: None for `horizon.control_period_s`.
     """
 
     start: Callable[[Measurement, Numbers], Any]

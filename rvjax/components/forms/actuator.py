@@ -11,7 +11,8 @@ from rvjax.campaign import Model
 from rvjax.components.actuators import interface
 from rvjax.components.actuators.interface import Limits
 from rvjax.components.forms import arrays
-from rvjax.components.forms.form import check_form
+from rvjax.components.forms.called import begun, following
+from rvjax.components.forms.form import check_form, check_memory
 from rvjax.components.registry import Component
 from rvjax.components.user_mistakes import given_by
 from rvjax.physics.state import Numbers, Tick
@@ -45,8 +46,7 @@ class Actuator:
 
     def __post_init__(self) -> None:
         check_form(self, functions=("drive",), maybe=("start", "keep"), model=self.parameters)
-        if (self.start is None) != (self.keep is None):
-            raise TypeError("Actuator: a memory needs both start and keep; accepted: both or neither")
+        check_memory(self)
 
     @cached_property
     def component(self) -> Component[Any]:
@@ -65,15 +65,11 @@ class Actuator:
             return arrays.like(u, output, f"the output of {self.drive.__name__}")
 
     def _start(self, u: Channels, numbers: Numbers) -> Any:
-        assert self.start is not None
-        with given_by(self.start):
-            return arrays.state(self.start(arrays.array(u), arrays.arrays(numbers)), f"the memory of {self.start.__name__}")
+        return begun(self.start, "the memory", arrays.array(u), arrays.arrays(numbers))
 
     def _keep(self, tick: Tick, u: Channels, memory: Any, limits: Limits, numbers: Numbers) -> Any:
-        assert self.keep is not None
-        with given_by(self.keep):
-            kept = self.keep(arrays.array(u), memory, Clock(tick.t, tick.k, tick.h), _with(numbers, limits))
-            return arrays.tree_like(memory, kept, f"the memory of {self.keep.__name__}")
+        clock = Clock(tick.t, tick.k, tick.h)
+        return following(self.keep, memory, "the memory", arrays.array(u), memory, clock, _with(numbers, limits))
 
 
 def _with(numbers: Numbers, limits: Limits) -> Numbers:

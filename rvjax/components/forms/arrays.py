@@ -22,7 +22,7 @@ _KINDS = (Vector, Channels, Symmetric, Thrusts)
 
 
 def array(value: Any) -> Any:
-    """An array of a vector, of channels, of a symmetric matrix or of thrusts; anything else as it is."""
+    """A vector, channels, a symmetric matrix or thrusts as an array; anything else is not changed."""
     if isinstance(value, Symmetric):
         v = value
         return jnp.stack([jnp.stack(row) for row in ((v.xx, v.xy, v.xz), (v.xy, v.yy, v.yz), (v.xz, v.yz, v.zz))])
@@ -30,7 +30,7 @@ def array(value: Any) -> Any:
 
 
 def arrays(tree: Any) -> Any:
-    """The tree with an array in the place of each vector."""
+    """The tree with arrays instead of vectors."""
     if isinstance(tree, Numbers):
         return Numbers({name: array(value) for name, value in tree.items()})
     return jax.tree.map(array, tree, is_leaf=lambda x: isinstance(x, _KINDS))

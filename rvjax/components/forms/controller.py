@@ -1,7 +1,8 @@
-"""The user's controller: functions of the measurement, on plain arrays.
+"""The user's continuous controller: functions of the measurement, on plain arrays.
 
-x_c(0) = start(measured, gains),   (force, torque, ẋ_c) = respond(measured, x_c, gains)          continuous
-(force, torque), x_c⁺ = update(measured, x_c, gains)       at t = 0, T, 2T, …, held in between    discrete-time
+    x_c(0) = start(measured, gains),   (force, torque, ẋ_c) = respond(measured, x_c, gains)
+
+x_c: the state of the controller, which is integrated with the flight.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pydantic import create_model
 from rvjax.campaign import Model, part
 from rvjax.components.controllers import interface
 from rvjax.components.forms import arrays
+from rvjax.components.forms.called import begun
 from rvjax.components.forms.form import check_form
 from rvjax.components.forms.measured import Measured
 from rvjax.components.forms.signal import Signal, columns
@@ -68,8 +70,7 @@ class Controller:
         return interface.Controller(self._start, self._respond, columns(self.signals))
 
     def _start(self, measurement: Measurement, gains: Numbers) -> Any:
-        seen = Measured.of(measurement, unlimited, not self.vectors)
-        return begun(self.start, seen, self._numbers(gains))
+        return started(self.start, Measured.of(measurement, unlimited, not self.vectors), self._numbers(gains))
 
     def _respond(self, measurement: Measurement, state: Any, saturate: interface.Saturate, gains: Numbers) -> interface.Response:
         assert self.respond is not None
@@ -85,17 +86,13 @@ class Controller:
 
 def with_gains(gains: type[Model], **more: Any) -> type[Model]:
     """The parameters of a controller: its gains below the key `gains`, and more keys."""
-    doc = gains.__doc__ if gains.__doc__ != Model.__doc__ else "gains"
     fields: dict[str, Any] = {"gains": (gains, part(default={}, doc="gains")), **more}
-    return create_model("Parameters", __base__=Model, __module__=gains.__module__, __doc__=doc or "Gains.", **fields)
+    return create_model("Parameters", __base__=Model, __module__=gains.__module__, __doc__=gains.__doc__, **fields)
 
 
-def begun(start: Callable[..., Any] | None, seen: Measured, gains: Numbers) -> Any:
-    """The checked state at t = 0."""
-    if start is None:
-        return ()
-    with given_by(start):
-        return arrays.state(start(seen, gains), f"the state of {start.__name__}")
+def started(start: Callable[..., Any] | None, seen: Measured, gains: Numbers) -> Any:
+    """The state at t = 0; () without `start`."""
+    return () if start is None else begun(start, "the state", seen, gains)
 
 
 def checked(command: Any, name: str, signals: Mapping[str, Signal] | None) -> tuple[Channels, dict[str, Any]]:

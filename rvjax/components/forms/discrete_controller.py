@@ -1,6 +1,8 @@
 """The user's discrete-time controller: difference equations at the instants of a period, on plain arrays.
 
-(force, torque), x_c⁺ = update(measured, x_c, gains)       at t = 0, T, 2T, …, held in between
+    (force, torque), x_c⁺ = update(measured, x_c, gains)       at t = 0, T, 2T, …, held in between
+
+x_c: the state of the controller; T: its period.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from typing import Any
 from rvjax.campaign import Model, number
 from rvjax.components.controllers import interface
 from rvjax.components.forms import arrays
-from rvjax.components.forms.controller import Command, begun, checked, report, unlimited, with_gains
+from rvjax.components.forms.controller import Command, checked, report, started, unlimited, with_gains
 from rvjax.components.forms.form import check_form
 from rvjax.components.forms.measured import Measured
 from rvjax.components.forms.signal import Signal, columns
@@ -55,18 +57,19 @@ class DiscreteController:
         return interface.DiscreteController(self._start, self._update, columns(self.signals), parameters.period_s)
 
     def _start(self, measurement: Measurement, gains: Numbers) -> Any:
-        seen = Measured.of(measurement, unlimited, not self.vectors)
-        return begun(self.start, seen, gains if self.vectors else arrays.arrays(gains))
+        return started(self.start, Measured.of(measurement, unlimited, not self.vectors), self._numbers(gains))
 
     def _update(
         self, measurement: Measurement, state: Any, saturate: interface.Saturate, gains: Numbers
     ) -> tuple[Channels, Any, Report]:
         assert self.update is not None
-        numbers = gains if self.vectors else arrays.arrays(gains)
         name = self.update.__name__
         with given_by(self.update):
-            given = self.update(Measured.of(measurement, saturate, not self.vectors), state, numbers)
+            given = self.update(Measured.of(measurement, saturate, not self.vectors), state, self._numbers(gains))
             if not isinstance(given, tuple) or isinstance(given, Command) or len(given) != 2:
                 raise UserMistake(f"{name} returns {arrays.kind(given)}", "accepted: Command(…), new_state")
             wrench, signals = checked(given[0], name, self.signals)
             return wrench, arrays.tree_like(state, given[1], f"the new state of {name}"), report(wrench, signals)
+
+    def _numbers(self, gains: Numbers) -> Numbers:
+        return gains if self.vectors else arrays.arrays(gains)

@@ -10,20 +10,13 @@ from typing import Any, NamedTuple
 from rvjax.campaign import Model
 from rvjax.components.disturbances import interface
 from rvjax.components.forms import arrays
+from rvjax.components.forms.called import Wrench, wrench
 from rvjax.components.forms.form import check_form
 from rvjax.components.forms.noise import Noise
 from rvjax.components.registry import Component
-from rvjax.components.user_mistakes import UserMistake, given_by
 from rvjax.physics.dynamics import Relative
-from rvjax.physics.state import Numbers, Plant, State
+from rvjax.physics.state import Numbers, Plant, State, Tick
 from rvjax.physics.vectors import Channels, Scalar
-
-
-class Wrench(NamedTuple):
-    """force [N] and torque [N·m] on the pursuer's centre of mass, in P, each of shape (3,)."""
-
-    force: Any
-    torque: Any
 
 
 class Scene(NamedTuple):
@@ -52,7 +45,7 @@ class Scene(NamedTuple):
 
 @dataclass(frozen=True)
 class Disturbance:
-    """A disturbance without motion of its own.
+    """A disturbance: a force and a torque without a state.
 
     parameters: the model of its numbers. push(scene, numbers) → `Wrench`. noise: how many standard normal numbers `scene.xi`
     has, new in every step and held during it.
@@ -74,19 +67,17 @@ class Disturbance:
 
     def _build(self, parameters: Model) -> interface.Disturbance:
         del parameters
+        if not self.noise:
+            return interface.Disturbance(self._push)
         noise = Noise(self.noise)
-        keep = lambda tick, y, memory, numbers: noise.keep(tick, numbers)  # noqa: E731
-        return interface.Disturbance(self._push, noise.start, keep) if self.noise else interface.Disturbance(self._push)
+
+        def keep(tick: Tick, y: State, memory: Any, numbers: Numbers) -> Any:
+            del y, memory
+            return noise.keep(tick, numbers)
+
+        return interface.Disturbance(self._push, noise.start, keep)
 
     def _push(self, t: Scalar, y: State, known: Relative, plant: Plant, memory: Any, numbers: Numbers) -> Channels:
-        assert self.push is not None
         values = (*y.motion, *y.target, known.omega_p, plant.mass, plant.inertia, plant.centre, plant.port)
         seen: list[Any] = [t, *map(arrays.array, values), memory]
-        scene = Scene(*seen)
-        name = self.push.__name__
-        with given_by(self.push):
-            given = self.push(scene, arrays.arrays(numbers))
-            if not isinstance(given, Wrench):
-                raise UserMistake(f"{name} returns {arrays.kind(given)}", "accepted: Wrench(force=…, torque=…)")
-            force, torque = (arrays.vector(part, f"the {what} of {name}") for what, part in given._asdict().items())
-        return Channels(force, torque)
+        return wrench(self.push, Scene(*seen), arrays.arrays(numbers))

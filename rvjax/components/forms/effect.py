@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 from rvjax.campaign import Model
 from rvjax.components.effects import interface
 from rvjax.components.forms import arrays
-from rvjax.components.forms.disturbance import Wrench
+from rvjax.components.forms.called import Wrench, begun, following, wrench
 from rvjax.components.forms.form import check_form
 from rvjax.components.forms.signal import Signal, columns
 from rvjax.components.registry import Component
-from rvjax.components.user_mistakes import UserMistake, given_by
+from rvjax.components.user_mistakes import given_by
 from rvjax.physics.state import Numbers
 from rvjax.physics.vectors import Channels, Vector
 
@@ -69,25 +69,14 @@ class Effect:
         return interface.Effect(self._start, self._wrench, self._rate, self._record, columns(self.signals))
 
     def _start(self, numbers: Numbers) -> Any:
-        assert self.start is not None
-        with given_by(self.start):
-            return arrays.state(self.start(arrays.arrays(numbers)), f"the state of {self.start.__name__}")
+        return begun(self.start, "the state", arrays.arrays(numbers))
 
     def _wrench(self, body: interface.Body, x: Any, numbers: Numbers) -> Channels:
-        assert self.wrench is not None
-        name, still = self.wrench.__name__, body.free_accel * 0.0
-        with given_by(self.wrench):
-            given = self.wrench(_body(body, still, still), x, arrays.arrays(numbers))
-            if not isinstance(given, Wrench):
-                raise UserMistake(f"{name} returns {arrays.kind(given)}", "accepted: Wrench(force=…, torque=…)")
-            force, torque = (arrays.vector(part, f"the {what} of {name}") for what, part in given._asdict().items())
-        return Channels(force, torque)
+        still = body.free_accel * 0.0
+        return wrench(self.wrench, _body(body, still, still), x, arrays.arrays(numbers))
 
     def _rate(self, body: interface.Body, accel: Vector, alpha: Vector, x: Any, numbers: Numbers) -> Any:
-        assert self.rate is not None
-        with given_by(self.rate):
-            given = self.rate(_body(body, accel, alpha), x, arrays.arrays(numbers))
-            return arrays.tree_like(x, given, f"the result of {self.rate.__name__}")
+        return following(self.rate, x, "the result", _body(body, accel, alpha), x, arrays.arrays(numbers))
 
     def _record(self, body: interface.Body, x: Any, numbers: Numbers) -> Mapping[str, Any]:
         if self.record is None:

@@ -1,6 +1,8 @@
 """The user's fault: what the actuators give while it acts, on plain arrays.
 
-u = failed(u_in, since, numbers)     from its onset to its end;     u = u_in otherwise, bit for bit
+    u = failed(u_in, since, numbers)     from its onset to its end;     u = u_in otherwise, bit for bit
+
+u_in: what the fault gets, the six channels or the thrusts; since: time since the onset.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ import jax.numpy as jnp
 from rvjax.components.faults import interface
 from rvjax.components.faults.interface import FaultParameters, acts, since
 from rvjax.components.forms import arrays
-from rvjax.components.forms.form import check_form
+from rvjax.components.forms.called import begun, following
+from rvjax.components.forms.form import check_form, check_memory
 from rvjax.components.registry import Component
 from rvjax.components.user_mistakes import given_by
 from rvjax.physics.state import Numbers, Tick
@@ -47,8 +50,7 @@ class Fault:
             raise TypeError(
                 "Fault: its parameters need onset_s and channels; accepted: a class that inherits from FaultParameters"
             )
-        if (self.start is None) != (self.keep is None):
-            raise TypeError("Fault: a memory needs both start and keep; accepted: both or neither")
+        check_memory(self)
 
     @cached_property
     def component(self) -> Component[Any]:
@@ -70,13 +72,8 @@ class Fault:
         return each(jnp.where, acts(t, numbers), output, u)
 
     def _start(self, u: Channels, numbers: Numbers) -> Any:
-        assert self.start is not None
-        with given_by(self.start):
-            return arrays.state(self.start(arrays.array(u), arrays.arrays(numbers)), f"the memory of {self.start.__name__}")
+        return begun(self.start, "the memory", arrays.array(u), arrays.arrays(numbers))
 
     def _keep(self, tick: Tick, u: Channels, memory: Any, numbers: Numbers) -> Any:
-        assert self.keep is not None
         del tick
-        with given_by(self.keep):
-            kept = self.keep(arrays.array(u), memory, arrays.arrays(numbers))
-            return arrays.tree_like(memory, kept, f"the memory of {self.keep.__name__}")
+        return following(self.keep, memory, "the memory", arrays.array(u), memory, arrays.arrays(numbers))

@@ -17,3 +17,9 @@ def check_form(form: Any, functions: tuple[str, ...], maybe: tuple[str, ...], mo
         if not callable(given) and not (given is None and name in maybe):
             found = "missing" if given is None else f"found {given!r}"
             raise TypeError(f"{kind}: {name} is {found}; accepted: a function")
+
+
+def check_memory(form: Any) -> None:
+    """TypeError where a form has only one of the two functions of a memory."""
+    if (form.start is None) != (form.keep is None):
+        raise TypeError(f"{type(form).__name__}: a memory needs both start and keep; accepted: both or neither")

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from rvjax.campaign import Model
 from rvjax.components.forms import arrays
+from rvjax.components.forms.called import begun, following
 from rvjax.components.forms.form import check_form
 from rvjax.components.forms.signal import Signal, columns
 from rvjax.components.metrics import interface
@@ -88,18 +89,13 @@ class Metric:
         return interface.Metric(columns(self.columns), self._start, self._update, self._finish)
 
     def _start(self, context: MetricContext) -> Any:
-        assert self.start is not None
-        with given_by(self.start):
-            return arrays.state(self.start(arrays.arrays(context.numbers)), f"the result of {self.start.__name__}")
+        return begun(self.start, "the result", arrays.arrays(context.numbers))
 
     def _update(self, acc: Any, step: Step, weight: Scalar, context: MetricContext) -> Any:
-        assert self.update is not None
         wrenches = (step.command, step.commanded, step.applied, step.disturbance, step.thrusts)
         values = (*step.motion, *step.target, step.plant.port, *wrenches)
         seen: list[Any] = [step.t, weight, context.duration_s, *map(arrays.array, values), step.plant.mass]
-        with given_by(self.update):
-            given = self.update(acc, Instant(*seen), arrays.arrays(context.numbers))
-            return arrays.tree_like(acc, given, f"the result of {self.update.__name__}")
+        return following(self.update, acc, "the result", acc, Instant(*seen), arrays.arrays(context.numbers))
 
     def _finish(self, acc: Any, context: MetricContext) -> Mapping[str, Any]:
         name = "the accumulator" if self.finish is None else self.finish.__name__
