@@ -9,8 +9,8 @@ AXES = ("x", "y", "z")
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 """Suffixes of the columns of a vector, and of the six actuator channels."""
 
-DRAW, METRIC, SIGNAL = "draw.", "metric.", "ctl."
-"""Prefixes of the column names of draws, metrics and controller signals."""
+DRAW, METRIC, SIGNAL, EFFECT = "draw.", "metric.", "ctl.", "effects."
+"""Prefixes of the column names of draws, metrics, controller signals, and states and signals of effects."""
 
 
 def draw_column(name: str) -> str:

@@ -307,11 +307,13 @@ def _acted(
 
 def _signals(problem: Problem, carry: Carry) -> list[str]:
     """For each pair the number that differs most between its lanes, relative to its largest value in any lane; empty where all
-    are equal to the last bit. Numbers of the state go before those of the metrics."""
+    are equal to the last bit. Numbers of the state, a discrete-time controller's too, go before those of the metrics."""
     signals = [""] * (LANES // 2)
     accumulators = {next(iter(metric.columns)): state for metric, state in zip(problem.metrics, carry.accumulators, strict=True)}
-    for part in (carry.y, accumulators, {"lost_s": carry.lost_s}):
-        paths, leaves = zip(*jax.tree_util.tree_flatten_with_path(part)[0], strict=True)
+    for part in (carry.y, {"controller": carry.held.control}, accumulators, {"lost_s": carry.lost_s}):
+        if not (numbers := jax.tree_util.tree_flatten_with_path(part)[0]):
+            continue
+        paths, leaves = zip(*numbers, strict=True)
         shares = np.stack([_shares(leaf) for leaf in leaves])
         for pair, (place, share) in enumerate(zip(np.argmax(shares, axis=0), np.max(shares, axis=0), strict=True)):
             if not signals[pair] and share >= 0.0:

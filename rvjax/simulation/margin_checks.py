@@ -11,38 +11,51 @@ from rvjax.campaign import Quantity, Source
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.formula import MOST_SUGGESTIONS, Formula, Junction, Predicate, Reader, Until, parts_of, walk
 from rvjax.campaign.plain_values import shorten
-from rvjax.columns import SIGNAL
+from rvjax.columns import EFFECT, SIGNAL
 from rvjax.components.controllers.interface import Controller, DiscreteController
+from rvjax.components.effects.interface import Effect
 from rvjax.errors import Finding
-from rvjax.simulation.signals import Signal, derived, recorded, reported
+from rvjax.simulation.signals import Signal, derived, moved, recorded, reported
 from rvjax.simulation.temporal_margins import unit
 
 ControllerChoice = tuple[Controller | DiscreteController, Mapping[str, Quantity]]
 """A controller and its gains."""
 
+EffectChoice = tuple[Effect, Mapping[str, Quantity]]
+"""An effect and its numbers."""
+
 
 @dataclass(frozen=True)
 class AvailableSignals:
     """signals: of a flight with the controller, by name. known: whether the signals of the controller are included. baselines:
-    the signals with each baseline, by its name. thrusters: their number, None if unknown."""
+    the signals with each baseline, by its name. effects: their names, and whether their signals are included. thrusters: their
+    number, None if unknown."""
 
     signals: Mapping[str, Signal]
     known: bool
     baselines: Mapping[str, Mapping[str, Signal]]
+    effects: Mapping[str, bool]
     thrusters: int | None
 
     @classmethod
     def of(
-        cls, controller: ControllerChoice | None, baselines: Mapping[str, ControllerChoice], measured: bool, thrusters: int | None
+        cls,
+        controller: ControllerChoice | None,
+        baselines: Mapping[str, ControllerChoice],
+        effects: Mapping[str, EffectChoice | None],
+        measured: bool,
+        thrusters: int | None,
     ) -> AvailableSignals:
-        """controller: None if its part of the campaign is wrong. measured: whether there are navigation errors."""
+        """controller, effects: None where a part of the campaign is wrong. effects: in the order of the campaign. measured:
+        whether there are navigation errors."""
+        moving = {name: (choice[0], moved(*choice)) for name, choice in effects.items() if choice is not None}
 
         def signals(choice: ControllerChoice | None) -> dict[str, Signal]:
             meanings, values = ({}, {}) if choice is None else (choice[0].signals, reported(*choice))
-            return recorded(meanings, values, measured, thrusters or 0) | derived()
+            return recorded(meanings, values, measured, thrusters or 0, moving) | derived()
 
         others = {name: signals(choice) for name, choice in baselines.items()}
-        return cls(signals(controller), controller is not None, others, thrusters)
+        return cls(signals(controller), controller is not None, others, {name: name in moving for name in effects}, thrusters)
 
     def findings(self, margins: Any, source: Source) -> list[Finding]:
         """Every finding about names and units in the margins of a campaign, even if other parts of it are wrong."""
@@ -68,6 +81,8 @@ class AvailableSignals:
         if name.startswith(SIGNAL):
             known = [signal for signal in self._shared if signal.startswith(SIGNAL)]
             return (f"{shown} is no signal of the controller", _nearest(name, known, few)) if self.known else None
+        if name.startswith(EFFECT):
+            return self._wrong_name_of_effect(name, few)
         if name.startswith("seen_") and name in recorded({}, {}, True, 0):
             return f"{shown} is not recorded: there is no navigation", f"accepted: {name.removeprefix('seen_')}, the true one"
         if re.fullmatch(r"thrust_t[0-9]{1,3}_N", name):
@@ -76,6 +91,16 @@ class AvailableSignals:
             fly = f"{self.thrusters} thrusters fly" if self.thrusters else "no thrusters fly"
             return f"{shown} is not recorded: {fly}", "accepted: the thrust of an existing thruster"
         return f"{shown} is no signal", _nearest(name, self._shared, few)
+
+    def _wrong_name_of_effect(self, name: str, few: bool) -> tuple[str, str] | None:
+        shown, known = shorten(name), [signal for signal in self.signals if signal.startswith(EFFECT)]
+        if not self.effects:
+            return f"{shown} is not recorded: there are no effects", "accepted: a signal of the flight, or an effect in `effects`"
+        effect = next((effect for effect in self.effects if name.startswith(f"{EFFECT}{effect}.")), None)
+        if effect is None:
+            return (f"{shown} is no signal of an effect", _nearest(name, known, few)) if all(self.effects.values()) else None
+        known = [signal for signal in known if signal.startswith(f"{EFFECT}{effect}.")]
+        return (f"{shown} is no signal of the effect {effect}", _nearest(name, known, few)) if self.effects[effect] else None
 
     @property
     def _shared(self) -> list[str]:

@@ -24,13 +24,14 @@ class Entry(NamedTuple):
 
 @dataclass(frozen=True)
 class Outline:
-    """components: every mapping with a `use`. baselines: their names, in order. actuators: names of the channels or
+    """components: every mapping with a `use`. baselines, effects: their names, in order. actuators: names of the channels or
     thrusters, empty if the actuators are wrong. duration_s: of a flight, None if it is no number. margins: as written, None
     without. metric_uses: place and mapping of each requirement and objective.
     """
 
     components: tuple[Entry, ...]
     baselines: tuple[str, ...]
+    effects: tuple[str, ...]
     actuators: tuple[str, ...]
     navigation: bool
     duration_s: float | None
@@ -41,11 +42,12 @@ class Outline:
     def of(cls, source: Source) -> Outline:
         """The outline of any source, valid or not."""
         campaign: Mapping[str, Any] = source.value or {}
-        horizon, baselines = campaign.get("horizon"), campaign.get("baselines")
+        horizon = campaign.get("horizon")
         duration = horizon.get("duration_s") if is_mapping(horizon) else None
         return cls(
             components=tuple(_components(campaign)),
-            baselines=tuple(entry_names(baselines if is_list(baselines) else [])),
+            baselines=_names(campaign.get("baselines")),
+            effects=_names(campaign.get("effects")),
             actuators=actuator_names(campaign.get("actuators")),
             navigation=bool(campaign.get("navigation")),
             duration_s=duration if isinstance(duration, (int, float)) else None,
@@ -57,6 +59,11 @@ class Outline:
     def margin_metrics(self) -> list[str]:
         """The names of the metrics of the margins."""
         return [f"{MARGIN}{name}" for name in self.margins] if is_mapping(self.margins) else []
+
+
+def _names(entries: Any) -> tuple[str, ...]:
+    """The names of the entries of a list."""
+    return tuple(entry_names(entries if is_list(entries) else []))
 
 
 def _components(campaign: Mapping[str, Any]) -> Iterator[Entry]:

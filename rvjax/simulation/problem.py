@@ -33,10 +33,10 @@ from rvjax.simulation import jax_config, requirement_checks
 from rvjax.simulation.chosen_metrics import with_chosen
 from rvjax.simulation.closed_loop import Loop
 from rvjax.simulation.dispersions import Dispersions, resolve
-from rvjax.simulation.margin_checks import AvailableSignals, ControllerChoice, controller_of
+from rvjax.simulation.margin_checks import AvailableSignals, ControllerChoice, EffectChoice, controller_of
 from rvjax.simulation.outline import Entry, Outline
 from rvjax.simulation.temporal_margins import margins_metric
-from rvjax.simulation.user_checks import unused
+from rvjax.simulation.user_checks import own_quantities, unused
 
 NEVER = Fixed(1e30)
 """Onset [s] of a fault on a channel that it does not act on."""
@@ -317,11 +317,16 @@ def _on_channels(model: FaultParameters) -> FaultParameters:
 
 
 def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> AvailableSignals:
-    """The signals of the flights of a campaign, as far as its controllers and actuators are right."""
+    """The signals of the flights of a campaign, as far as its controllers, effects and actuators are right."""
     choices: dict[Place, ControllerChoice] = {}
+    effects: dict[str, EffectChoice | None] = dict.fromkeys(outline.effects)
     for section, place, raw in outline.components:
-        if section in CONTROLLERS and (model := parameters.get(place)) is not None:
+        if (model := parameters.get(place)) is None:
+            continue
+        if section in CONTROLLERS:
             choices[place] = controller_of(component("controllers", raw["use"]).build(model), model.quantities())
+        elif section == "effects":
+            effects[outline.effects[int(place[1])]] = component("effects", raw["use"]).build(model), own_quantities(model)
     baselines = {
         name: choices[place]
         for name, place in ((name, ("baselines", index)) for index, name in enumerate(outline.baselines))
@@ -329,7 +334,7 @@ def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> A
     }
     thrusters = 0 if outline.actuators == CHANNELS else len(outline.actuators)
     return AvailableSignals.of(
-        choices.get(("controller",)), baselines, outline.navigation, thrusters if outline.actuators else None
+        choices.get(("controller",)), baselines, effects, outline.navigation, thrusters if outline.actuators else None
     )
 
 

@@ -25,12 +25,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from rvjax.campaign import Quantity
-from rvjax.columns import AXES, CHANNELS, SIGNAL, Column
+from rvjax.columns import AXES, CHANNELS, EFFECT, SIGNAL, Column
 from rvjax.components.controllers.interface import WRENCH, Controller, DiscreteController
 from rvjax.components.effects.interface import Effect
-from rvjax.physics.state import Step
+from rvjax.physics.state import Numbers, Step
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, dot, each, largest, norm
 from rvjax.simulation import user_checks
+from rvjax.simulation.effects_sum import effects_sum
 
 UNSAID = "?"
 """Unit of a signal that its controller does not declare."""
@@ -78,7 +79,7 @@ def recorded(
 
 def _of_effect(index: int, name: str, effect: Effect, state: Any, given: Mapping[str, Any]) -> Iterator[Signal]:
     """The columns of an effect: the leaves of its state, and its signals."""
-    stem = f"effects.{name}."
+    stem = f"{EFFECT}{name}."
     for number, (path, leaf) in enumerate(jax.tree_util.tree_flatten_with_path(state)[0]):
         place = jax.tree_util.keystr(path, simple=True, separator="_") or "state"
         for entry in np.ndindex(leaf.shape[1:]) if np.ndim(leaf) > 1 else ((),):
@@ -180,6 +181,17 @@ def reported(controller: Controller | DiscreteController, gains: Mapping[str, Qu
         user_checks.traced("controllers", controller, 0), user_checks.numbers(gains), user_checks.ARGUMENTS
     )
     return report.signals
+
+
+def moved(effect: Effect, quantities: Mapping[str, Quantity]) -> tuple[Any, Mapping[str, Any]]:
+    """The state and the signals of an effect, as shapes of arrays of samples: it is traced, not run."""
+
+    def values(numbers: Numbers, given: user_checks.Arguments) -> Any:
+        state = effect.start(numbers)
+        return state, effects_sum((effect,), (numbers,), (state,), given.t, given.known, given.plant, given.wrench)[2][0]
+
+    shapes = jax.eval_shape(values, user_checks.numbers(quantities), user_checks.ARGUMENTS)
+    return jax.tree.map(lambda shape: jax.ShapeDtypeStruct((1, *shape.shape), shape.dtype), shapes)
 
 
 def thrusts(step: Step) -> tuple[Any, ...]:

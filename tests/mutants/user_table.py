@@ -60,7 +60,13 @@ MUTANTS = (
     Mutant("a discrete law in every step", LOOP, "            due = tick.k % loop.sampling == 0", "            due = tick.k >= 0", INSTANTS),
     Mutant("numbers of another metric", "simulation/chosen_metrics.py", "context.chosen[index]", "context.chosen[0]",
            "user_code/test_user_flights.py::test_every_family_flies_a_file"),
+    Mutant("an audit without the state of a discrete-time law", "execution/audit.py", '{"controller": carry.held.control}, accumulators', "accumulators",
+           "user_code/test_user_flights.py::test_a_gain_of_an_estimate_acts"),
     # effects and actuators
+    Mutant("signals of the effect before", "simulation/signals.py", "in enumerate((effects or {}).items()):\n        signals +=", "in enumerate((effects or {}).items(), -1):\n        signals +=",
+           "physics/test_effects.py::test_a_campaign_flies_them"),
+    Mutant("a wrong effect blamed on its margins", "simulation/margin_checks.py", "_nearest(name, known, few)) if self.effects[effect] else None", "_nearest(name, known, few))",
+           "physics/test_effects.py::test_a_wrong_effect_gives_no_second_finding_about_its_signals"),
     Mutant("no reaction in the tension", SLOSH, "(1.0 / body.mass + dot(", "(0.0 / body.mass + dot(", PENDULUM),
     Mutant("no Coriolis term in the tension", SLOSH, "cross(body.rate, x.rate) * (2.0 * l)) - l", "cross(body.rate, x.rate) * l) - l", PENDULUM),
     Mutant("damping without its torque", SLOSH, "alpha = body.free_alpha + apply(", "alpha = body.free_alpha + 0.0 * apply(", PENDULUM),

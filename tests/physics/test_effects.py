@@ -170,16 +170,21 @@ EFFECTS = (
 
 @pytest.mark.usefixtures("bare")
 def test_a_campaign_flies_them(tmp_path: Path) -> None:
-    """Draws act, states and signals are in the trace with their units, and the tension is the reaction on the pursuer. Kills: a
-    state that is not integrated, an effect whose wrench does not reach the body."""
-    folder = run(CAMPAIGN, tmp_path / "run", [*SHORT, "controller={use: pd-plus}", EFFECTS, "samples=8"], progress=False)
+    """Draws act, states and signals are in the trace with their units, and temporal margins see them. Kills: a state that is
+    not integrated, an effect whose wrench does not reach the body, a margin over the signal of another effect."""
+    rod = "rod: {always: {signal: effects.slosh-pendulum.tension, below: 9}}"
+    tip = "tip: {always: {signal: effects.flexible-appendage.displacement_y, above: -1}}"
+    overrides = [*SHORT, "controller={use: pd-plus}", EFFECTS, f"margins={{{rod}, {tip}}}", "samples=8"]
+    folder = run(CAMPAIGN, tmp_path / "run", overrides, progress=False)
     trace, columns, row = replay(folder, 1)
+    assert row["metric.margin.rod"] == pytest.approx(np.min(9.0 - trace["effects.slosh-pendulum.tension"]), rel=1e-12)
+    assert row["metric.margin.tip"] == pytest.approx(np.min(1.0 + trace["effects.flexible-appendage.displacement_y"]), rel=1e-12)
     assert columns["effects.slosh-pendulum.tension"].unit == "N"
     assert columns["effects.flexible-appendage.displacement_y"].unit == "m"
     names = [name for name in trace.columns if name.startswith("effects.")]
     assert all(np.ptp(trace[name]) > 0.0 for name in names if "_rate_" not in name), names
-    rod = trace[[f"effects.slosh-pendulum.direction_{axis}" for axis in "xyz"]].to_numpy()
-    np.testing.assert_allclose(np.linalg.norm(rod, axis=1), 1.0, rtol=1e-12)
+    direction = trace[[f"effects.slosh-pendulum.direction_{axis}" for axis in "xyz"]].to_numpy()
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=1), 1.0, rtol=1e-12)
     assert row["draw.effects.slosh-pendulum.slosh_mass_kg"] > 5.0
 
 
@@ -189,6 +194,28 @@ def test_two_effects_that_need_the_acceleration_are_refused() -> None:
     two = f"effects=[{one}, {other}]"
     with pytest.raises(CampaignError, match="each need the acceleration that the other changes"):
         load(CAMPAIGN, [two])
+
+
+@pytest.mark.parametrize(
+    ("effects", "signal", "words"),
+    [
+        (EFFECTS, "effects.slosh-pendulum.tensoin", "of the effect slosh-pendulum; did you mean effects.slosh-pendulum.tension"),
+        (EFFECTS, "effects.slosh.tension", "no signal of an effect; did you mean effects.slosh-pendulum.tension"),
+        ("effects=[]", "effects.slosh-pendulum.tension", "is not recorded: there are no effects"),
+    ],
+)
+def test_a_wrong_name_in_a_margin_is_named(effects: str, signal: str, words: str) -> None:
+    """Kills: a traceback, a message without the nearest name."""
+    with pytest.raises(CampaignError, match=words):
+        load(CAMPAIGN, [effects, f"margins={{m: {{always: {{signal: {signal}, below: 9}}}}}}"])
+
+
+def test_a_wrong_effect_gives_no_second_finding_about_its_signals() -> None:
+    """Kills: a margin that is blamed for a mistake in the effect."""
+    wrong = EFFECTS.replace("modal_mass_kg: 4", "modal_mass_kg: -4")
+    with pytest.raises(CampaignError) as caught:
+        load(CAMPAIGN, [wrong, "margins={m: {always: {signal: effects.flexible-appendage.displacement_y, below: 9}}}"])
+    assert len(caught.value.findings) == 1
 
 
 def test_without_effects_nothing_is_compiled_for_them() -> None:

@@ -9,9 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from rvjax.execution.audit import prove
 from rvjax.execution.replay import replay
 from rvjax.execution.run import run
 from rvjax.run_folder import RunFolder
+from rvjax.simulation.batch import Flyer
 from rvjax.simulation.problem import load
 from tests.program import Run
 from tests.user_code.mistakes import FORCE, LAW
@@ -182,3 +184,18 @@ def _rotation(sigma: np.ndarray) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
     return Rotation.from_mrp(np.array(sigma)).as_matrix().T
+
+
+def test_a_gain_of_an_estimate_acts(tmp_path: Path) -> None:
+    """A discrete-time law may estimate what no command depends on: a drawn gain of it is not called dead. Kills: an audit that
+    does not see the state of a discrete-time controller."""
+    law = (TEMPLATES / "discrete_controller.py").read_text()
+    law = law.replace("return measured.omega\n", "return measured.omega, measured.rho\n").replace(
+        "    rate = 0.5 * rate",
+        "    rate, place = rate\n    place = place + gains.kf * (measured.rho - place)\n    rate = 0.5 * rate",
+    )
+    law = law.replace("torque), rate", "torque), (rate, place)").replace(
+        "    kw: float", '    kf: float = scalar("1", default=0.1, above=0.0, doc="filter gain")\n    kw: float'
+    )
+    problem = load(project(tmp_path, law, gains="{kf: {uniform: [0.1, 0.2]}}"))
+    assert "state.1" in prove(problem, Flyer.of(problem)).moved["controller.gains.kf"]
