@@ -10,11 +10,13 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonSchema, field_validator, model_validator
 
+from rvjax.campaign.choice import Choice, OneChoice
 from rvjax.campaign.distributions import Fixed
 from rvjax.campaign.fields import Model, channels, number, option, part, scalar
 from rvjax.campaign.plain_values import exact, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.quantity import Quantity
+from rvjax.campaign.short_choices import ALLOCATION
 from rvjax.campaign.thruster_layout import FEWEST, LAYOUTS, MOST, Layout, Margin, limits, margins, rank
 from rvjax.columns import CHANNELS
 
@@ -84,11 +86,8 @@ class Thrusters(Model):
     size_m: float | None = number("m", default=None, above=0.0, doc="edge of the cube of a layout")
     max_N: float | None = number("N", default=None, above=0.0, doc="largest thrust of each thruster of a layout")
     thrusters: tuple[Thruster, ...] = part(default=[], doc=f"{FEWEST} to {MOST} thrusters, instead of a layout")
-    allocation: Literal["bounded-least-squares", "pseudo-inverse"] = option(
-        default="bounded-least-squares", doc="how the commanded wrench becomes thrusts"
-    )
-    centre: float = number(
-        "1", default=0.5, at_least=0.0, at_most=1.0, doc="of the pseudo-inverse: thrust without a command, as a share of max_N"
+    allocation: Annotated[Choice, OneChoice(ALLOCATION)] = part(
+        default="bounded-least-squares", doc="how the commanded wrench becomes thrusts: a name, or use with parameters"
     )
     spread: Quantity = scalar("1", default=1.0, above=0.0, doc="factor on each largest thrust, drawn independently for each")
     least_margin: float | None = number(
@@ -98,6 +97,11 @@ class Thrusters(Model):
         at_most=1.0,
         doc="share of every limit that must remain after the loss of any thruster",
     )
+
+    @classmethod
+    def _instead(cls, key: str) -> str:
+        """As of every model; `centre` is a parameter of an allocation."""
+        return "accepted: allocation: {use: pseudo-inverse, centre: 0.5}" if key == "centre" else super()._instead(key)
 
     @model_validator(mode="after")
     def _able(self) -> Self:
@@ -188,11 +192,18 @@ def _form(raw: Any, info: ValidationInfo) -> Any:
 AnyActuators = Annotated[Actuators | Thrusters, BeforeValidator(_form)]
 
 
-def actuator_names(raw: Any) -> tuple[str, ...]:
-    """The names of the actuators that may fail; empty where the section `actuators` is wrong."""
+def thruster_layout(raw: Any) -> Layout | None:
+    """The nominal thrusters of the section `actuators`; None where it has none, or wrong ones."""
     if not is_mapping(raw) or "use" not in raw:
-        return CHANNELS
+        return None
     try:
-        return Thrusters.model_validate(raw).geometry.names
+        return Thrusters.model_validate(raw).geometry
     except ValidationError:
-        return ()
+        return None
+
+
+def actuator_names(raw: Any, layout: Layout | None) -> tuple[str, ...]:
+    """The names of the actuators that may fail; empty where the section `actuators` is wrong. layout: its nominal thrusters."""
+    if layout is not None:
+        return layout.names
+    return () if is_mapping(raw) and "use" in raw else CHANNELS

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
 from pydantic import GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import core_schema
 
-from rvjax.campaign.plain_values import Place, is_list, is_mapping
+from rvjax.campaign.plain_values import Place, dotted, is_list, is_mapping
 from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.python_files import is_python_file, short_name
+from rvjax.campaign.short_choices import SHORT
 
 NAME = re.compile(r"[a-z][a-z0-9-]{0,63}")
 NAME_WORDS = "accepted: small letters, digits and hyphens, the first a letter, at most 64 characters"
@@ -34,10 +35,14 @@ class Choice:
     parameters: Mapping[str, Any]
 
     @property
+    def section(self) -> str:
+        """The section of the campaign that it stands in: `controller`, `faults`, `actuators.allocation`."""
+        return dotted(tuple(step for step in self.path if isinstance(step, str)))
+
+    @property
     def prefix(self) -> str:
         """Prefix of the names of its quantities: `controller`, or `faults.effectiveness` whatever its position in the list."""
-        field, *index = self.path
-        return f"{field}.{self.name}" if index else str(field)
+        return f"{self.section}.{self.name}" if isinstance(self.path[-1], int) else self.section
 
 
 def entry_names(entries: Sequence[Any]) -> list[str]:
@@ -60,20 +65,31 @@ def _component_name(use: str) -> str:
     return short_name(use) if is_python_file(use) else use
 
 
+@dataclass(frozen=True)
 class OneChoice:
-    """Reads a component."""
+    """Reads a component. place: of its field where that is not at the top of the campaign."""
+
+    place: Place = ()
+
+    @property
+    def short(self) -> bool:
+        """Whether the name of the component may stand alone."""
+        return self.place in SHORT
 
     def read(self, raw: Any, info: ValidationInfo) -> Any:
         """The choice, or every problem at once."""
         problems: list[Problem] = []
-        choice = self.entry(raw, (str(info.field_name),), entry_names([raw])[0], problems)
-        return refuse(*problems) if problems else choice
+        alone = self.short and isinstance(raw, str)
+        entry: Any = {"use": raw} if alone else raw
+        choice = self.entry(entry, self.place or (str(info.field_name),), entry_names([entry])[0], problems)
+        return refuse(*(replace(problem, place=()) if alone else problem for problem in problems)) if problems else choice
 
     def entry(self, raw: Any, path: Place, name: str, problems: list[Problem]) -> Choice | None:
-        """The choice at a path. Places of problems are relative to the field, which is the first step of the path."""
-        below = path[1:]
+        """The choice at a path. Places of problems are relative to the field."""
+        below = path[len(self.place) or 1 :]
         if not is_mapping(raw):
-            problems.append(unexpected(raw, "accepted: a mapping with use and parameters", below))
+            words = "the name of a component, or a mapping" if self.short else "a mapping"
+            problems.append(unexpected(raw, f"accepted: {words} with use and parameters", below))
             return None
         if "use" not in raw:
             accepted = "accepted: the name of a component, see `rvjax list`"
@@ -93,7 +109,8 @@ class OneChoice:
         """What the field accepts, as JSON Schema, without the parameters."""
         name = {"type": "string", "pattern": f"^{NAME.pattern}$"}
         use = {"type": "string"}
-        return {"type": "object", "properties": {"use": use, "name": name}, "required": ["use"]}
+        mapping: dict[str, Any] = {"type": "object", "properties": {"use": use, "name": name}, "required": ["use"]}
+        return {"anyOf": [use, mapping]} if self.short else mapping
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read)

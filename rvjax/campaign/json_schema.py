@@ -20,14 +20,18 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 def schema(families: Mapping[str, Mapping[str, type[Model]]] | None = None) -> dict[str, Any]:
     """What a campaign file may say.
 
-    families: for a field of a campaign that uses components (`faults`, `controller`, …), the parameters of each by
-    name; a field that is not named here accepts any component with any parameters.
+    families: for a field of a campaign that uses components (`faults`, `actuators.allocation`, …), the parameters of each
+    by name; a field that is not named here accepts any component with any parameters.
     """
     whole = Spec.model_json_schema()
     definitions: dict[str, Any] = whole.pop("$defs")
     for field, members in (families or {}).items():
-        declared = whole["properties"][field]
+        declared = _declared(field.split("."), whole, definitions)
         entry = declared.get("items", declared)
+        if "anyOf" in declared:  # the name of the component may stand alone
+            entry = declared["anyOf"][-1]
+            names = ({"enum": [*members]}, {"pattern": PYTHON_FILE})
+            declared["anyOf"] = [*({"type": "string", **name} for name in names), entry]
         common = entry.pop("properties")
         entry["oneOf"] = [_component(name, model, common, definitions) for name, model in members.items()]
         entry["oneOf"].append(_file(common))
@@ -35,6 +39,16 @@ def schema(families: Mapping[str, Mapping[str, type[Model]]] | None = None) -> d
     shared = {"Distribution": distribution(), "JointDistribution": joint_distribution()}
     compact = _refer({**whole, "$defs": definitions}, shared)
     return {"$schema": DRAFT, **compact, "title": "rvjax campaign", "$defs": compact["$defs"] | shared | formulas()}
+
+
+def _declared(path: list[str], whole: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a field, by its path from the top."""
+    first, *deeper = path
+    declared: dict[str, Any] = whole["properties"][first]
+    for key in deeper:
+        forms = (definitions[form["$ref"].rpartition("/")[2]] for form in declared["anyOf"])
+        declared = next(form["properties"][key] for form in forms if key in form["properties"])
+    return declared
 
 
 def _file(common: dict[str, Any]) -> dict[str, Any]:

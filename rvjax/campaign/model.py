@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import PrivateAttr, ValidationInfo, field_validator
 
-from rvjax.campaign.actuators import AnyActuators
+from rvjax.campaign.actuators import AnyActuators, Thrusters
 from rvjax.campaign.attachments import attach
 from rvjax.campaign.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
 from rvjax.campaign.correlation import Correlation
@@ -252,7 +252,8 @@ class Spec(Model):
     @property
     def components(self) -> tuple[Choice, ...]:
         """Every component that is used."""
-        return (*self.flying, self.saturation, self.sampler)
+        allocations = (self.actuators.allocation,) if isinstance(self.actuators, Thrusters) else ()
+        return (*self.flying, self.saturation, *allocations, self.sampler)
 
     def fingerprint(self, parameters: Mapping[Place, Model] | None = None) -> str:
         """SHA-256 of all that determines draws and flights. The order of keys and written defaults do not matter.

@@ -8,6 +8,7 @@ from typing import Any
 
 from rvjax.campaign.choice import entry_names
 from rvjax.campaign.plain_values import Place, dotted, exact, is_list, is_mapping, shorten
+from rvjax.campaign.short_choices import SHORT
 from rvjax.campaign.source import Source
 from rvjax.campaign.yaml_document import LARGEST, Document, parse
 from rvjax.errors import Finding
@@ -86,6 +87,8 @@ def _put(source: Source, path: str, given: Document) -> list[Finding]:
             message, accepted = f"there is no {step} here", f"accepted: {', '.join(_steps(held)) or dotted(place)}"
             return [Finding(label, dotted((*place, step)), message, accepted)]
         place = (*place, key)
+        if left and place in SHORT and isinstance(held.get(key), str):
+            held[key] = {"use": held[key]}  # a parameter of a component whose name stands alone
         if not left:
             held[key] = given.value
         else:

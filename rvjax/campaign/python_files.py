@@ -13,10 +13,12 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
-from typing import Self
+from typing import Any, Self
 
 from rvjax.campaign.csv_files import mappings_with
 from rvjax.campaign.named_files import NamedFiles, RefusedFile, plain_path
+from rvjax.campaign.plain_values import Place
+from rvjax.campaign.short_choices import short_choices
 from rvjax.campaign.source import Source
 from rvjax.errors import CampaignError, Finding
 
@@ -86,19 +88,24 @@ def read_file(path: str | Path) -> PythonFile:
 
 
 def attach_code(source: Source, files: NamedFiles) -> list[Finding]:
-    """Replaces the value of every `use` that means a file by a `PythonFile`; returns a finding for each file that cannot be read.
-    Such a value stays a text."""
+    """Replaces the name of every component that means a file by a `PythonFile`; returns a finding for each file that cannot be
+    read. Such a value stays a text."""
     findings: list[Finding] = []
-    for place, mapping in list(mappings_with(KEY, source.value)):
-        use = mapping[KEY]
+    for place, mapping in _choices(source.value):
+        use = mapping[place[-1]]
         if not isinstance(use, str) or not is_python_file(use):
             continue
         try:
-            mapping[KEY] = _read(use, files)
+            mapping[place[-1]] = _read(use, files)
         except RefusedFile as refused:
-            finding = source.finding((*place, KEY), refused.message, refused.accepted)
+            finding = source.finding(place, refused.message, refused.accepted)
             findings.append(Finding(refused.where, "", refused.message, refused.accepted) if refused.where else finding)
     return findings
+
+
+def _choices(campaign: Any) -> list[tuple[Place, dict[Any, Any]]]:
+    """(place, the mapping that holds it) of every name of a component: the values of `use`, and the names that stand alone."""
+    return [*(((*place, KEY), mapping) for place, mapping in mappings_with(KEY, campaign)), *short_choices(campaign)]
 
 
 def _read(use: str, files: NamedFiles) -> PythonFile:

@@ -16,6 +16,7 @@ from functools import cache
 from typing import Any
 
 from rvjax.campaign import Model, Spec, option
+from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.distribution_notation import forms
 from rvjax.campaign.formula import BOOLEAN, PREDICATE, TEMPORAL, WINDOW
 from rvjax.campaign.python_files import is_python_file
@@ -47,6 +48,10 @@ _BESIDES: Mapping[tuple[str, str], Mapping[str, Any]] = {
     ("sampler", "points"): {"samples": 2, "require": []},
 }
 """(section, component) → other sections that must change with it: channels of faults, the number of samples, verdicts."""
+
+
+_AROUND: Mapping[str, type[Model]] = {"tune": Tuning, "actuators": Thrusters}
+"""Section → the model that holds its component."""
 
 
 class Chosen(Model):
@@ -214,8 +219,8 @@ def _chosen(section: str, member: str, keys: Sequence[str], more: Mapping[str, A
     chosen = {"use": member, **another, **(more or {}), **parameters}
     *outer, key = section.split(".")
     if outer:
-        tuning = next(mappings(Tuning))
-        return _besides(outer[0], tuning | {key: chosen})
+        around = next(mappings(_AROUND[outer[0]]))
+        return _besides(outer[0], around | {key: chosen})
     several = isinstance(next(values(Spec, key)), list)
     return _besides(key, [chosen] if several else chosen)
 

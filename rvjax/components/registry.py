@@ -22,8 +22,8 @@ from rvjax.components.effect import Neutral
 from rvjax.errors import CampaignError, Finding, UsageError
 
 FAMILIES = (
-    *("actuators", "controllers", "disturbances", "effects", "faults", "metrics"),
-    *("navigation", "samplers", "saturations", "searches"),
+    *("actuators", "allocations", "controllers", "disturbances", "effects", "faults"),
+    *("metrics", "navigation", "samplers", "saturations", "searches"),
 )
 
 FAMILY_OF = {
@@ -36,6 +36,7 @@ FAMILY_OF = {
     "navigation": "navigation",
     "metrics": "metrics",
     "saturation": "saturations",
+    "actuators.allocation": "allocations",
     "sampler": "samplers",
 }
 """Section of the campaign file → the family that its components come from."""
@@ -110,7 +111,7 @@ def _of_file(family: str, file: PythonFile) -> Any:
     """The component of a family in a user's file. CampaignError with the file and the line where there is none."""
     module = user_code.module_of(file)
     try:
-        return user_code.guarded(file, member_of(module, file.member, family, file.file))
+        return user_code.guarded(file, family, member_of(module, file.member, family, file.file))
     except UsageError as error:
         path = file.path(file.file)
         found, _, accepted = str(error).removeprefix(f"{file.file}: ").partition("; ")
@@ -181,6 +182,7 @@ _EXAMPLES = {
     "navigation": "NAVIGATION = NavigationError(Parameters, see)",
     "metrics": "METRIC = Metric(Parameters, columns, start, update)",
     "saturations": "SATURATION = Saturation(limited)",
+    "allocations": "ALLOCATION = Allocation(Parameters, shares)",
 }
 """What a user's file says, by family."""
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from rvjax.campaign import Model, Quantity, Spec
+from rvjax.campaign.choice import Choice
 from rvjax.campaign.declarations import declared
 from rvjax.campaign.distributions import Fixed
 from rvjax.campaign.nominal_body import NominalBody
@@ -31,11 +32,13 @@ def default(spec: Spec, place: str, *, flies: bool = False) -> Value | None:
     steps = place.split(".")
     for choice in spec.components:
         path = [str(part) for part in choice.path]
-        if steps[: len(path)] == path and len(steps) > len(path) and path[0] in FAMILY_OF:
+        if steps[: len(path)] == path and len(steps) > len(path) and choice.section in FAMILY_OF:
+            if steps[len(path) :] == ["use"]:
+                return choice.use
             if isinstance(choice.use, PythonFile) and not flies:
                 return None
             try:
-                parameters = component(FAMILY_OF[path[0]], choice.use).parameters
+                parameters = component(FAMILY_OF[choice.section], choice.use).parameters
             except RvjaxError:  # of a package that is not installed here
                 return None
             given = NominalBody.of(spec.pursuer).complete(parameters, choice.parameters)
@@ -56,4 +59,6 @@ def _walk(model: Any, steps: Sequence[str]) -> Value | None:
             return model.parts[0].low / factor if model.shape == "scalar" and isinstance(model.parts[0], Fixed) else None
         if is_number(model):
             return model / factor if about is not None else model
+    if isinstance(model, Choice):
+        return model.use
     return model if isinstance(model, str | bool) else None

@@ -192,16 +192,19 @@ class _Modules:
         return None
 
 
-def guarded(file: PythonFile, component: Any) -> Any:
+def guarded(file: PythonFile, family: str, component: Any) -> Any:
     """The component of a file with every function that it is built of: an error of the user's code has its line."""
 
     def build(parameters: Any) -> Any:
         with mistakes(file):
             built: Any = component.build(parameters)
-        if component.family == "searches":
+        if family == "searches":
             return _called_back(file, built)
-        if callable(built):
-            return guard(built)
+        if family == "allocations":
+            return lambda layout: each(guard(built)(layout))
+        return guard(built) if callable(built) else each(built)
+
+    def each(built: Any) -> Any:
         tupled = hasattr(built, "_asdict")
         values: dict[str, Any] = built._asdict() if tupled else vars(built)
         changed = {name: guard(value) for name, value in values.items() if callable(value)}

@@ -4,7 +4,8 @@
     computed  finite at STATES drawn states; which numbers change no result there
     cost      operations of an evaluation, in multiples of those of the controller pd-plus
 
-The states are those of a rendezvous: positions, speeds, rates and limits within SIZES.
+The states are those of a rendezvous: positions, speeds, rates and limits within SIZES. An allocation has 24 thrusters here
+(`user_checks.EXAMPLE`), any other component has the six channels.
 """
 
 from __future__ import annotations
@@ -105,11 +106,11 @@ def check(file: PythonFile | str, family: str, member: Component[Any], parameter
     Errors: CampaignError with the line of the user's code and what is wrong.
     """
     model = _model(member.parameters, parameters)
-    if isinstance(file, PythonFile) and (dead := user_checks.unused(file, family, member, model, 0)):
+    if isinstance(file, PythonFile) and (dead := user_checks.unused(file, family, member, model, None)):
         words = f"nothing depends on {', '.join(dead)}"
         raise CampaignError([_finding(file, words, "accepted: parameters that something depends on")])
     built = member.build(model)
-    function = user_checks.traced(family, built, 0)
+    function = user_checks.traced(family, built)
     compute = jax.jit(jax.vmap(function, in_axes=(None, 0)))
     quantities = user_checks.own_quantities(model)
     given = _numbers(quantities, member.noisy)
@@ -122,9 +123,10 @@ def check(file: PythonFile | str, family: str, member: Component[Any], parameter
     baseline = component("controllers", "pd-plus")
     plain = baseline.parameters()
     basis = _operations(
-        user_checks.traced("controllers", baseline.build(plain), 0), _numbers(user_checks.own_quantities(plain), False)
+        user_checks.traced("controllers", baseline.build(plain)), _numbers(user_checks.own_quantities(plain), False)
     )
-    return Checked(str(file), family, tuple(quantities), tuple(signals), operations, operations / basis, idle)
+    names = tuple(member.parameters.keys() if family == "allocations" else quantities)
+    return Checked(str(file), family, names, tuple(signals), operations, operations / basis, idle)
 
 
 def _model(form: type[Model], parameters: Mapping[str, Any] | None) -> Model:

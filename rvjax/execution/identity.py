@@ -27,8 +27,8 @@ DECIDING = ("jax", "jaxlib", "numpy", "scipy")
 FLYING = (
     *("campaign", "physics", "simulation", "stats/random_streams.py"),
     "components/user_code.py",
-    *(f"components/{family}" for family in ("actuators", "controllers", "disturbances", "effects", "faults", "forms")),
-    *(f"components/{family}" for family in ("metrics", "navigation", "samplers", "saturations")),
+    *(f"components/{family}" for family in ("actuators", "allocations", "controllers", "disturbances", "effects")),
+    *(f"components/{family}" for family in ("faults", "forms", "metrics", "navigation", "samplers", "saturations")),
 )
 """Parts of this package that a flight depends on: their source is part of the identity. A test walks the imports of what flies
 and finds nothing outside of them."""
@@ -78,7 +78,7 @@ def packages() -> dict[str, str]:
 def _foreign(problem: Problem) -> dict[str, Any]:
     """The code of every component that is not of this package: the digest of each file beside the campaign that is executed; of
     an installed package its version and the digest of its code."""
-    uses = [(FAMILY_OF.get(str(choice.path[0]), ""), choice.use) for choice in problem.spec.components]
+    uses = [(FAMILY_OF.get(choice.section, ""), choice.use) for choice in problem.spec.components]
     uses += [("metrics", name) for name in members("metrics")]
     code: dict[str, Any] = {}
     for family, use in uses:

@@ -61,7 +61,7 @@ def cost(problem: Problem) -> Cost:
     columns = len(draws.values) + len(problem.metric_columns) + 3
     controllers = 1 + len(spec.baselines)
     chunks, flights = controllers * math.ceil(spec.samples / LANES), controllers * spec.samples
-    slower = SLOWER.get(spec.actuators.allocation, 1.0) if isinstance(spec.actuators, Thrusters) else 1.0
+    slower = SLOWER.get(spec.actuators.allocation.use, 1.0) if isinstance(spec.actuators, Thrusters) else 1.0
     flown = slower * chunks * LANES * spec.horizon.steps / (STEPS_PER_S_PER_CORE * cores())
     return Cost(
         samples=spec.samples,

@@ -7,32 +7,42 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from rvjax.campaign import Source
-from rvjax.campaign.actuators import actuator_names
+from rvjax.campaign.actuators import actuator_names, thruster_layout
 from rvjax.campaign.choice import entry_names
 from rvjax.campaign.plain_values import Place, is_list, is_mapping
+from rvjax.campaign.short_choices import SHORT, value_of
+from rvjax.campaign.thruster_layout import Layout
 from rvjax.columns import MARGIN
 from rvjax.components.registry import FAMILY_OF
 
 
 class Entry(NamedTuple):
-    """A component that a campaign names: its section, its place, and its mapping as written."""
+    """A component that a campaign names: its section, its place, and its mapping as written; alone: a name without a mapping."""
 
     section: str
     place: Place
     raw: Mapping[str, Any]
+    alone: bool = False
+
+    @property
+    def name_place(self) -> Place:
+        """Where the component is named."""
+        return self.place if self.alone else (*self.place, "use")
 
 
 @dataclass(frozen=True)
 class Outline:
     """components: every mapping with a `use`. baselines, effects: their names, in order. actuators: names of the channels or
-    thrusters, empty if the actuators are wrong. duration_s: of a flight, None if it is no number. margins: as written, None
-    without. metric_uses: place and mapping of each requirement and objective.
+    thrusters, empty if the actuators are wrong. layout: of the thrusters, None without or if they are wrong. duration_s: of a
+    flight, None if it is no number. margins: as written, None without. metric_uses: place and mapping of each requirement and
+    objective.
     """
 
     components: tuple[Entry, ...]
     baselines: tuple[str, ...]
     effects: tuple[str, ...]
     actuators: tuple[str, ...]
+    layout: Layout | None
     navigation: bool
     duration_s: float | None
     margins: Any
@@ -44,11 +54,14 @@ class Outline:
         campaign: Mapping[str, Any] = source.value or {}
         horizon = campaign.get("horizon")
         duration = horizon.get("duration_s") if is_mapping(horizon) else None
+        actuators = campaign.get("actuators")
+        layout = thruster_layout(actuators)
         return cls(
             components=tuple(_components(campaign)),
             baselines=_names(campaign.get("baselines")),
             effects=_names(campaign.get("effects")),
-            actuators=actuator_names(campaign.get("actuators")),
+            actuators=actuator_names(actuators, layout),
+            layout=layout,
             navigation=bool(campaign.get("navigation")),
             duration_s=duration if isinstance(duration, (int, float)) else None,
             margins=campaign.get("margins"),
@@ -68,7 +81,11 @@ def _names(entries: Any) -> tuple[str, ...]:
 
 def _components(campaign: Mapping[str, Any]) -> Iterator[Entry]:
     for section in FAMILY_OF:
-        for place, raw in _mappings((section,), campaign.get(section)):
+        at: Place = tuple(section.split("."))
+        value = value_of(campaign, at)
+        if at in SHORT and isinstance(value, str):
+            yield Entry(section, at, {"use": value}, alone=True)
+        for place, raw in _mappings(at, value):
             if isinstance(raw.get("use"), str):
                 yield Entry(section, place, raw)
 

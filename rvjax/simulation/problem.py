@@ -6,7 +6,7 @@ campaigns/x.yaml ─load→ Spec ─resolve→ Problem
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -22,13 +22,14 @@ from rvjax.campaign.nominal_body import NominalBody
 from rvjax.campaign.plain_values import Place, describe
 from rvjax.campaign.python_files import PythonFile, is_python_file
 from rvjax.campaign.schedule import Schedule
+from rvjax.campaign.short_choices import ALLOCATION
 from rvjax.columns import CHANNELS, Column, metric_and_channel
 from rvjax.components.controllers.interface import DiscreteController
 from rvjax.components.faults.interface import FaultParameters
 from rvjax.components.metrics.interface import Metric
 from rvjax.components.registry import FAMILY_OF, Component, component, members, standard_metrics
 from rvjax.errors import CampaignError, Finding, UsageError
-from rvjax.physics.thruster_allocation import Allocation, ThrusterSystem, bounded_least_squares, pseudo_inverse, wrench
+from rvjax.physics.thruster_allocation import ThrusterSystem, wrench
 from rvjax.simulation import jax_config, requirement_checks
 from rvjax.simulation.chosen_metrics import with_chosen
 from rvjax.simulation.closed_loop import Loop
@@ -158,7 +159,7 @@ def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Prob
         except CampaignError as error:  # of a user's code
             model, more = None, [*error.findings]
         except UsageError as error:  # of an installed package
-            model, more = None, [source.finding((*entry.place, "use"), str(error), "accepted: a package that can be imported")]
+            model, more = None, [source.finding(entry.name_place, str(error), "accepted: a package that can be imported")]
         findings += more
         if model is not None:
             parameters[entry.place] = model
@@ -169,9 +170,9 @@ def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Prob
     findings += _unknown_metrics(source, outline, [name for metric in metrics for name in metric.columns])
     if spec is None or findings:
         raise CampaignError(dict.fromkeys(findings))
-    for choice in (spec.sampler, spec.saturation):
+    for choice in spec.components:
         if choice.path not in parameters:  # the default, which the file does not name
-            parameters[choice.path] = component(FAMILY_OF[str(choice.path[0])], choice.use).parameters()
+            parameters[choice.path] = component(FAMILY_OF[choice.section], choice.use).parameters()
     if available is None or not spec.margins:
         return _resolve(spec, parameters, metrics, ())
     margins = margins_metric(spec.margins, available.signals, spec.horizon.step_s)
@@ -184,7 +185,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
     build: dict[Place, Any] = {}
     drawn: dict[str, Quantity] = {}
     for choice in spec.flying:
-        model, member = parameters[choice.path], component(FAMILY_OF[str(choice.path[0])], choice.use)
+        model, member = parameters[choice.path], component(FAMILY_OF[choice.section], choice.use)
         build[choice.path] = member.build(model)
         schedule = model.schedule if isinstance(model, FaultParameters) else None
         quantities = {name: quantity for name, quantity in model.quantities().items() if not name.startswith("schedule.")}
@@ -208,7 +209,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
             actuation=tuple(build[choice.path] for choice in spec.actuation),
             effects=tuple(build[choice.path] for choice in spec.effects),
             sampling=_sampling(spec, build[spec.controller.path]),
-            gear=_gear(spec.actuators) if isinstance(spec.actuators, Thrusters) else None,
+            gear=_gear(spec.actuators, parameters) if isinstance(spec.actuators, Thrusters) else None,
         ),
         metrics=metrics,
         controller=part[spec.controller.path],
@@ -247,19 +248,16 @@ def _configure(source: Source) -> None:
     jax_config.configure("float32" if precision == "float32" else "float64")
 
 
-def _gear(thrusters: Thrusters) -> ThrusterSystem:
+def _gear(thrusters: Thrusters, parameters: Mapping[Place, Model]) -> ThrusterSystem:
     """The allocation and the wrench of the nominal layout."""
-    layout = thrusters.geometry
-    allocations: Mapping[str, Callable[[], Allocation]] = {
-        "bounded-least-squares": lambda: bounded_least_squares(layout),
-        "pseudo-inverse": lambda: pseudo_inverse(layout, thrusters.centre),
-    }
-    return ThrusterSystem(allocations[thrusters.allocation](), wrench(layout))
+    layout, choice = thrusters.geometry, thrusters.allocation
+    allocation = component("allocations", choice.use).build(parameters[choice.path])
+    return ThrusterSystem(allocation(layout), wrench(layout))
 
 
 def _parameters(entry: Entry, outline: Outline, body: NominalBody, source: Source) -> tuple[Model | None, list[Finding]]:
     """The parameters of a component, or every finding about them."""
-    section, place, raw = entry
+    section, place, raw, _ = entry
     known = members(FAMILY_OF[section])
     use = raw["use"]
     if is_python_file(use) and not isinstance(use, PythonFile):
@@ -267,19 +265,19 @@ def _parameters(entry: Entry, outline: Outline, body: NominalBody, source: Sourc
     if use not in known and not isinstance(use, PythonFile):
         what, flag = _OWN.get(section, ("", ""))
         yours = f"; or ./FILE.py with {what}, such as `rvjax init --{flag} FILE.py` writes" if what else ""
-        return None, [source.finding((*place, "use"), f"{describe(use)} is not known here", did_you_mean(use, known) + yours)]
+        return None, [source.finding(entry.name_place, f"{describe(use)} is not known here", did_you_mean(use, known) + yours)]
     values = {key: value for key, value in raw.items() if key not in ("use", "name")}
     actuators = outline.actuators if section == "faults" else CHANNELS
     member: Component[Any] | Metric = component(FAMILY_OF[section], use)
     if not isinstance(member, Component):
-        return None, [source.finding((*place, "use"), f"{use} is on in every campaign", "accepted: no entry for it")]
+        return None, [source.finding(entry.name_place, f"{use} is on in every campaign", "accepted: no entry for it")]
     form: type[Model] = member.parameters
     model, findings = validate(form, body.complete(form, values), place, source, actuators)
     if isinstance(model, FaultParameters):
         model = _on_channels(model)
-    if model is not None and isinstance(use, PythonFile):
-        thrusters = 0 if outline.actuators == CHANNELS else len(outline.actuators)
-        dead = unused(use, FAMILY_OF[section], member, model, thrusters)
+    known_thrusters = place != ALLOCATION or outline.layout is not None
+    if model is not None and isinstance(use, PythonFile) and known_thrusters:
+        dead = unused(use, FAMILY_OF[section], member, model, outline.layout)
         findings += [_without_use(name, member, place, use, source) for name in dead]
     return model, findings
 
@@ -288,6 +286,7 @@ _OWN = {
     "controller": ("a controller", "controller"),
     "baselines": ("a controller", "controller"),
     "actuation": ("an actuator", "actuator"),
+    "actuators.allocation": ("an allocation", "allocation"),
     "effects": ("an effect", "effect"),
     "faults": ("a fault", "fault"),
     "disturbances": ("a disturbance", "disturbance"),
@@ -320,7 +319,7 @@ def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> A
     """The signals of the flights of a campaign, as far as its controllers, effects and actuators are right."""
     choices: dict[Place, ControllerChoice] = {}
     effects: dict[str, EffectChoice | None] = dict.fromkeys(outline.effects)
-    for section, place, raw in outline.components:
+    for section, place, raw, _ in outline.components:
         if (model := parameters.get(place)) is None:
             continue
         if section in CONTROLLERS:

@@ -178,7 +178,7 @@ def _shares(step: Step) -> Channels:
 def reported(controller: Controller | DiscreteController, gains: Mapping[str, Quantity]) -> Mapping[str, Any]:
     """The signals of a controller, by name, as shapes without numbers: it is traced, not run. gains: of the controller."""
     _, _, report = jax.eval_shape(
-        user_checks.traced("controllers", controller, 0), user_checks.numbers(gains), user_checks.ARGUMENTS
+        user_checks.traced("controllers", controller), user_checks.numbers(gains), user_checks.ARGUMENTS
     )
     return report.signals
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from rvjax.campaign import Model, Quantity
 from rvjax.campaign.python_files import PythonFile
+from rvjax.campaign.thruster_layout import Layout, cube
 from rvjax.components import user_code
 from rvjax.components.actuators.interface import Limits
 from rvjax.components.controllers.interface import DiscreteController
@@ -25,6 +26,7 @@ from rvjax.components.user_mistakes import UserMistake
 from rvjax.errors import CampaignError
 from rvjax.physics.dynamics import Relative, relative
 from rvjax.physics.state import Measurement, Motion, Numbers, Plant, Report, State, Step, TargetMotion, Tick
+from rvjax.physics.thruster_allocation import Allocation
 from rvjax.physics.vectors import Channels, Symmetric, Thrusts, Vector
 from rvjax.simulation.effects_sum import effects_sum
 
@@ -94,13 +96,13 @@ def numbers(quantities: Mapping[str, Quantity], noisy: bool = False) -> Numbers:
     return Numbers(found | ({"noise": (NUMBER,) * 4} if noisy else {}))
 
 
-def unused(file: PythonFile, family: str, member: Component[Any], model: Model, thrusters: int) -> list[str]:
-    """The names of the numbers that nothing depends on, of a component in a user's file, which is traced. CampaignError with what
-    is wrong in it."""
+def unused(file: PythonFile, family: str, member: Component[Any], model: Model, layout: Layout | None) -> list[str]:
+    """The names of the numbers that nothing depends on, of a component in a user's file, which is traced. layout: of the
+    thrusters, None without. CampaignError with what is wrong in it."""
     given = numbers(own_quantities(model), member.noisy)
     if family not in _TRACED:
         return []
-    function = traced(family, member.build(model), thrusters)
+    function = traced(family, member.build(model), layout)
     closed, again = (jax.make_jaxpr(lambda *a: function(*a))(given, ARGUMENTS) for _ in range(2))  # JAX keeps a function's trace
     if not _same(closed, again):
         pure = "accepted: functions of their arguments only; no chance, no clock, nothing kept"
@@ -113,63 +115,77 @@ TIMING = {"onset_s", "duration_s", "period_s", "duty"}
 """Numbers of every fault."""
 
 
-def traced(family: str, built: Any, thrusters: int) -> Traced:
-    """The functions of a built component in turn. thrusters: their number, 0 without them."""
-    return partial(_TRACED[family], built, thrusters)
+EXAMPLE = cube(1.0, 2.0)
+"""Thrusters for an allocation that is checked by itself."""
 
 
-def _controller(built: Any, thrusters: int, gains: Numbers, given: Arguments) -> Any:
-    del thrusters
+def traced(family: str, built: Any, layout: Layout | None = None) -> Traced:
+    """The functions of a built component in turn. layout: of the thrusters, None without."""
+    return partial(_TRACED[family], built, layout)
+
+
+def _thrusts(layout: Layout, given: Arguments) -> Thrusts:
+    return Thrusts((given.t,) * len(layout.most))
+
+
+def _controller(built: Any, layout: Layout | None, gains: Numbers, given: Arguments) -> Any:
+    del layout
     state = built.start(given.measurement, gains)
     if isinstance(built, DiscreteController):
         return built.update(given.measurement, state, unlimited, gains)
     return built.respond(given.measurement, state, unlimited, gains)
 
 
-def _fault(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
-    u = Thrusts((given.t,) * thrusters) if thrusters else given.wrench
+def _fault(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
+    u = _thrusts(layout, given) if layout else given.wrench
     memory = built.start(u, given_numbers)
-    upper = Thrusts((given.t,) * thrusters) if thrusters else given.plant.upper
+    upper = _thrusts(layout, given) if layout else given.plant.upper
     return built.act(given.t, u, built.keep(given.tick, u, memory, given_numbers), upper, given_numbers)
 
 
-def _disturbance(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
-    del thrusters
+def _disturbance(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
+    del layout
     y = State(given.motion, given.target, ())
     memory = built.keep(given.tick, y, built.start(given_numbers), given_numbers)
     return built.push(given.t, y, given.known, given.plant, memory, given_numbers)
 
 
-def _navigation(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
-    del thrusters
+def _navigation(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
+    del layout
     memory = built.keep(given.tick, given.motion, built.start(given.motion, given_numbers), given_numbers)
     return built.see(given.t, given.motion, memory, given_numbers)
 
 
-def _actuator(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
-    u = Thrusts((given.t,) * thrusters) if thrusters else given.wrench
-    most = Thrusts((given.t,) * thrusters) if thrusters else given.plant.upper
+def _actuator(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
+    u = _thrusts(layout, given) if layout else given.wrench
+    most = _thrusts(layout, given) if layout else given.plant.upper
     limits = Limits(most, most)
     memory = built.keep(given.tick, u, built.start(u, given_numbers), limits, given_numbers)
     return built.act(given.tick.t + given.tick.h, u, memory, limits, given_numbers)
 
 
-def _saturation(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
-    del thrusters, given_numbers
+def _saturation(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
+    del layout, given_numbers
     return built(given.wrench.force.x, given.plant.upper.force.x, given.plant.lower.force.x)
 
 
-def _effect(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
-    del thrusters
+def _allocation(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
+    del given_numbers
+    allocation: Allocation = built(layout or EXAMPLE)
+    return allocation.at(given.wrench)
+
+
+def _effect(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
+    del layout
     state, numbers, effects = built.start(given_numbers), (given_numbers,), (built,)
     total, (slope,), _ = effects_sum(effects, numbers, (state,), given.t, given.known, given.plant, given.wrench)
     moved = jax.tree.map(lambda x, rate: x + 0.1 * rate, state, slope)
     return total, slope, effects_sum(effects, numbers, (moved,), given.t, given.known, given.plant, given.wrench)
 
 
-def _metric(built: Any, thrusters: int, given_numbers: Numbers, given: Arguments) -> Any:
+def _metric(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
     context = given.context._replace(numbers=given_numbers)
-    thrusts = Thrusts((given.t,) * thrusters) if thrusters else ()
+    thrusts = _thrusts(layout, given) if layout else ()
     wrenches = (given.wrench, given.wrench, given.applied, given.wrench)
     report = Report(given.wrench, given.t, {})
     step = Step(given.t, given.motion, given.measured, given.target, given.plant, *wrenches, report, thrusts)
@@ -183,6 +199,7 @@ _TRACED: Mapping[str, Callable[..., Any]] = {
     "navigation": _navigation,
     "metrics": _metric,
     "saturations": _saturation,
+    "allocations": _allocation,
     "actuators": _actuator,
     "effects": _effect,
 }

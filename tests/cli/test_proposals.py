@@ -123,8 +123,9 @@ NAMES: tuple[Row, ...] = (
     ("pursuer.mass_kg={table: {csv: sep.csv, column: mass_kg}}", r"such as sep=(\S)", "pursuer.mass_kg={{table: {{csv: 'sep{}.csv', column: mass_kg}}}}"),
     (f"{THRUSTERS.replace('cube-24', 'cube-42')}}}", r"accepted: '([\w-]+)' or", "actuators={{use: thrusters, layout: {}, size_m: 1.1, max_N: 3}}"),
     (f"{THRUSTERS.replace('cube-24', 'cube-42')}}}", r"or '([\w-]+)'", "actuators={{use: thrusters, layout: {}, size_m: 1.1, max_N: 3}}"),
-    (f"{THRUSTERS}, allocation: zzz}}", r"accepted: '([\w-]+)' or", f"{THRUSTERS.replace('{', '{{')}, allocation: {{}}}}}}"),
-    (f"{THRUSTERS}, allocation: zzz}}", r"or '([\w-]+)'", f"{THRUSTERS.replace('{', '{{')}, allocation: {{}}}}}}"),
+    (f"{THRUSTERS}, allocation: zzz}}", rf"accepted: {LIST}", f"{THRUSTERS.replace('{', '{{')}, allocation: {{}}}}}}"),
+    (f"{THRUSTERS}, allocation: {{use: pseudo-inverze}}}}", r"did you mean (\S+?)[?]", f"{THRUSTERS.replace('{', '{{')}, allocation: {{{{use: {{}}}}}}}}}}"),
+    (f"{THRUSTERS}, centre: 0.4}}", r"accepted: (allocation: \{.*\})", f"{THRUSTERS.replace('{', '{{')}, {{}}}}}}"),
     (f"{THRUSTERS}}} faults.0.channels=[zzz]", r"out of (\w+) to", f"{THRUSTERS.replace('{', '{{')}}}}} faults.0.channels=[{{}}]"),
     (f"{THRUSTERS}}} faults.0.channels=[zzz]", r"out of \w+ to (\w+)", f"{THRUSTERS.replace('{', '{{')}}}}} faults.0.channels=[{{}}]"),
 )  # fmt: skip
@@ -235,4 +236,4 @@ def test_the_shortest_number(span: float, whole: int) -> None:
 
 def test_the_catalogue_is_counted() -> None:
     """So many refusals are provoked."""
-    assert len([*chain(NUMBERS, NAMES, TUNINGS)]) + len(ARGUMENTS) == 91
+    assert len([*chain(NUMBERS, NAMES, TUNINGS)]) + len(ARGUMENTS) == 92

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import rvjax
+from rvjax.components.registry import FAMILY_OF
 from rvjax.execution.identity import FLYING, source_digest
 
 ROOT = Path(rvjax.__file__).parent
@@ -69,6 +70,11 @@ def test_a_part_that_is_missing_would_be_noticed(part: str) -> None:
     """The walk sees what it is to see: without a part of the list it names files of that part."""
     missing = reached(tuple(kept for kept in FLYING if kept != part))
     assert any(name.startswith(part) for name in missing)
+
+
+def test_every_family_that_flies_is_in_the_identity() -> None:
+    """Members are found by their names, so no import leads to them. Kills: a new family whose files nobody digests."""
+    assert {f"components/{family}" for family in FAMILY_OF.values()} <= set(FLYING)
 
 
 def test_every_part_exists() -> None:
