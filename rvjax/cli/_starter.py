@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 
@@ -20,12 +20,14 @@ SCHEMA = "campaign.schema.json"
 @dataclass(frozen=True)
 class Template:
     """A component's file. section: of the campaign; entry: what the campaign says of it, with FILE; before: the line of the
-    starter campaign that the section's entry stands in front of; ends: the last line of what it replaces, or empty."""
+    starter campaign that the section's entry stands in front of; ends: the last line of what it replaces, or empty; with_it: what
+    else changes in the starter campaign, old text → new text."""
 
     section: str
     entry: str
     before: str
     ends: str = ""
+    with_it: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 CONTROLLER = Template("controller", "controller: {use: ./FILE}", "controller:\n", "  gains: {k1: 0.06, v_max_m_s: 0.6}\n")
@@ -33,6 +35,14 @@ TEMPLATES: Mapping[str, Template] = {
     "controller": CONTROLLER,
     "discrete-controller": CONTROLLER,
     "actuator": Template("actuation", "actuation: [{use: ./FILE}]\n", "capture:"),
+    "allocation": Template(
+        "actuators",
+        "actuators: {use: thrusters, layout: cube-24, size_m: 1, max_N: 1.2, allocation: ./FILE, "
+        "spread: {uniform: [0.9, 1.1]}}\n",
+        "actuators:",
+        "  spread: {uniform: [0.9, 1.1]}\n\n",
+        {"channels: [fx, ty]": "channels: [t1, t8]"},
+    ),
     "effect": Template("effects", "effects: [{use: ./FILE}]\n", "capture:"),
     "fault": Template("faults", "  - {use: ./FILE, onset_s: {uniform: [30, 150]}}", "\ncontroller:"),
     "disturbance": Template("disturbances", "  - {use: ./FILE}", "\nfaults:"),
@@ -93,6 +103,8 @@ def _campaign(entries: Mapping[str, str]) -> str:
         at = text.index(template.before)
         end = text.index(template.ends) + len(template.ends) if template.ends else at
         text = f"{text[:at]}{entry}\n{text[end:]}"
+        for old, new in template.with_it.items():
+            text = text.replace(old, new)
     return text
 
 

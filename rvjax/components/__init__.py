@@ -10,6 +10,7 @@ What a component of a user is written with:
     NavigationError                    the measured motion; Motion: what it gives and gets
     Metric                             a value of every flight; Instant: what it gets
     Saturation                         how a command is limited
+    Allocation                         how a wrench becomes thrusts; Thrusters: what it gets
     Signal                             unit and meaning of a value
     Parameters                         the model of a component's numbers, with the fields
     rotation_matrix                    R(σ) from the target's frame to the pursuer's
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from rvjax.campaign.fields import Model as Parameters
     from rvjax.campaign.fields import channels, count, flag, number, option, scalar, vector
     from rvjax.components.forms.actuator import Actuator, Clock
+    from rvjax.components.forms.allocation import Allocation, Thrusters
     from rvjax.components.forms.arrays import rotation_matrix
     from rvjax.components.forms.called import Wrench
     from rvjax.components.forms.controller import Command, Controller
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Actuator",
+    "Allocation",
     "Body",
     "Clock",
     "Command",
@@ -60,6 +63,7 @@ __all__ = [
     "Saturation",
     "Scene",
     "Signal",
+    "Thrusters",
     "Wrench",
     "channels",
     "count",
@@ -74,6 +78,7 @@ __all__ = [
 _FIELDS, _FORMS = "rvjax.campaign.fields", "rvjax.components.forms"
 _ORIGIN = {
     "Actuator": f"{_FORMS}.actuator",
+    "Allocation": f"{_FORMS}.allocation",
     "Body": f"{_FORMS}.effect",
     "Clock": f"{_FORMS}.actuator",
     "Command": f"{_FORMS}.controller",
@@ -92,6 +97,7 @@ _ORIGIN = {
     "Saturation": f"{_FORMS}.saturation",
     "Scene": f"{_FORMS}.disturbance",
     "Signal": f"{_FORMS}.signal",
+    "Thrusters": f"{_FORMS}.allocation",
     "rotation_matrix": f"{_FORMS}.arrays",
     "Wrench": f"{_FORMS}.called",
 } | dict.fromkeys(("channels", "count", "flag", "number", "option", "scalar", "vector"), _FIELDS)

@@ -10,6 +10,7 @@ import numpy as np
 
 from rvjax.campaign.plain_values import Place
 from rvjax.campaign.python_files import PythonFile
+from rvjax.campaign.short_choices import ALLOCATION
 from rvjax.errors import CampaignError, Finding
 from rvjax.physics.state import Step, Tick
 from rvjax.simulation import closed_loop, jax_config
@@ -34,12 +35,14 @@ def _at_the_start(problem: Problem, drawn: Drawn) -> Iterator[tuple[Place, str]]
     """(place of a component, what it gives) of everything that is not finite in the first lane at t = 0, in causal order."""
     first = jax.tree.map(lambda x: np.asarray(x, dtype=jax_config.precision())[0], drawn)
 
-    def begin(numbers: Drawn) -> tuple[Any, Step, Held]:
+    def begin(numbers: Drawn) -> tuple[Any, Any, Step, Held]:
         y, held = closed_loop.start(problem.loop, numbers)
         h = numbers.context.step_s
-        return y.control, *closed_loop.evaluate(problem.loop, numbers, h * 0.0, y, held, Tick(0, h * 0.0, h))[1:]
+        _, step, held = closed_loop.evaluate(problem.loop, numbers, h * 0.0, y, held, Tick(0, h * 0.0, h))
+        opened = problem.loop.gear.allocation.at(step.commanded) if problem.loop.gear is not None else ()
+        return y.control, opened, step, held
 
-    control, step, held = jax.tree.map(np.asarray, jax.jit(begin)(first))
+    control, opened, step, held = jax.tree.map(np.asarray, jax.jit(begin)(first))
     for index, _ in enumerate(problem.spec.navigation):
         if not _finite(step.measured):
             yield ("navigation", index), "the measured motion"
@@ -50,6 +53,8 @@ def _at_the_start(problem: Problem, drawn: Drawn) -> Iterator[tuple[Place, str]]
             yield ("controller",), f"the signal {name} of the controller"
     if not _finite((step.command, held.control)):
         yield ("controller",), "the command of the controller"
+    if not _finite(opened):
+        yield ALLOCATION, "the result of the allocation"
     for index, _ in enumerate(problem.spec.faults):
         if not _finite(step.applied):
             yield ("faults", index), "the wrench behind the faults"

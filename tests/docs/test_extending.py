@@ -21,6 +21,7 @@ TEMPLATES = {
     "my_sampled_law.py": "discrete_controller",
     "my_fault.py": "fault",
     "my_valve.py": "actuator",
+    "my_allocation.py": "allocation",
     "my_slosh.py": "effect",
     "my_metric.py": "metric",
     "my_noise.py": "navigation",
@@ -71,8 +72,9 @@ OTHERS = {
     "disturbance": "my_push.py",
     "actuator": "my_valve.py",
     "effect": "my_slosh.py",
+    "allocation": "my_allocation.py",
 }
-TOGETHER = (("fault", "metric", "navigation", "disturbance"), ("actuator", "effect", "metric"))
+TOGETHER = (("fault", "metric", "navigation", "disturbance"), ("actuator", "effect", "metric"), ("allocation", "fault"))
 """A dead band has no effect behind pulses of one size: the audit would say so."""
 
 

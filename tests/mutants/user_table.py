@@ -6,6 +6,7 @@ from tests.mutants.mutant import Mutant
 
 FILES, CODE, CHECKS = "campaign/python_files.py", "components/user_code.py", "simulation/user_checks.py"
 ARRAYS, LOOP, SLOSH = "components/forms/arrays.py", "simulation/closed_loop.py", "components/effects/slosh_pendulum.py"
+FORM = "components/forms/allocation.py"
 APPENDAGE, PULSES = "components/effects/flexible_appendage.py", "components/actuators/pulse_width.py"
 MISTAKES = "user_code/test_user_mistakes.py::test_a_mistake_has_its_line_and_words"
 EDITED = "user_code/test_user_identity.py::test_an_edited_file_is_the_new_one_in_a_running_process"
@@ -14,6 +15,7 @@ BYTES = "user_code/test_user_identity.py::test_the_bytes_that_are_digested_are_t
 PENDULUM = "physics/test_effects.py::test_the_pendulum_moves_as_in_the_inertial_frame"
 SPRING = "physics/test_effects.py::test_a_mass_on_a_spring_is_two_masses"
 COUNTED = "physics/test_actuators.py::test_pulses_have_the_impulse_of_their_command"
+OPENED = "user_code/test_user_allocations.py"
 INSTANTS = "user_code/test_user_flights.py::test_a_discrete_controller_acts_at_its_instants"
 
 MUTANTS = (
@@ -62,6 +64,24 @@ MUTANTS = (
            "user_code/test_user_flights.py::test_every_family_flies_a_file"),
     Mutant("an audit without the state of a discrete-time law", "execution/audit.py", '{"controller": carry.held.control}, accumulators', "accumulators",
            "user_code/test_user_flights.py::test_a_gain_of_an_estimate_acts"),
+    # allocations
+    Mutant("shares that are not clipped", FORM, "return each(lambda x: jnp.clip(x, 0.0, 1.0), shares)", "return shares",
+           f"{OPENED}::test_shares_are_clipped"),
+    Mutant("upper and lower limits swapped", FORM, "np.array(layout.most), upper, lower)", "np.array(layout.most), lower, upper)",
+           f"{OPENED}::test_a_user_gets_the_nominal_thrusters"),
+    Mutant("a name alone without its code", FILES, ", *short_choices(campaign)]", "]", f"{OPENED}::test_the_code_is_part_of_the_run"),
+    Mutant("an allocation without its line", CODE, "lambda layout: each(guard(built)(layout))", "guard(built)",
+           f"{OPENED}::test_a_mistake_has_its_line_and_words"),
+    Mutant("other thrusters than the campaign's", CHECKS, "built(layout or EXAMPLE)", "built(EXAMPLE)",
+           f"{OPENED}::test_a_mistake_has_its_line_and_words"),
+    Mutant("the controller is blamed for an allocation", "execution/audit_finite.py", "if not _finite(opened):", "if False:",
+           f"{OPENED}::test_nan_is_called_by_its_name"),
+    Mutant("a program for any centre", "campaign/model.py", "self.saturation, *allocations, self.sampler", "self.saturation, self.sampler",
+           "campaign/test_allocations.py::test_a_name_alone_is_the_same_campaign"),
+    Mutant("no parameter below a name alone", "campaign/overrides.py", "and isinstance(held.get(key), str)", "and False",
+           "campaign/test_allocations.py::test_a_parameter_of_a_name_alone_can_be_set"),
+    Mutant("a default that differs from itself", "components/settings.py", "                return choice.use", "                return None",
+           "campaign/test_allocations.py::test_a_comparison_lists_what_differs"),
     # effects and actuators
     Mutant("signals of the effect before", "simulation/signals.py", "in enumerate((effects or {}).items()):\n        signals +=", "in enumerate((effects or {}).items(), -1):\n        signals +=",
            "physics/test_effects.py::test_a_campaign_flies_them"),

@@ -65,7 +65,7 @@ def test_a_broken_package_breaks_nothing_else(tmp_path: Path, monkeypatch: pytes
     assert "Traceback" not in err
 
 
-@pytest.mark.parametrize("family", ["controllers", "actuators", "effects"])
+@pytest.mark.parametrize("family", ["controllers", "actuators", "allocations", "effects"])
 def test_shipped_components_pass_their_check(family: str) -> None:
     """Kills: a check that users must pass and the shipped components do not."""
     for name, member in choosable(family).items():
