@@ -10,19 +10,17 @@ docs/python.md shows each.
 from __future__ import annotations
 
 import html
-import inspect
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from rvjax.campaign.python_files import PythonFile, read_file
 from rvjax.campaign.source import Source, read
+from rvjax.components import user_watch
+from rvjax.components.object_files import file_of
 from rvjax.components.registry import FAMILY_OF
-from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,6 +40,7 @@ class Campaign:
 
     def __init__(self, path: str | Path, overrides: Sequence[str] = ()) -> None:
         """overrides: `place=value`, as in `--set`. The file is read by the first use that needs it."""
+        user_watch.refuse_flights()
         self.path = Path(path)
         self.overrides = tuple(overrides)
         self._code: dict[str, bytes] = {}
@@ -49,8 +48,10 @@ class Campaign:
     def with_(self, values: Mapping[str, Any] | None = None, /, **sections: Any) -> Self:
         """The campaign with other values: by their places, `{"controller.gains.k1": 0.08}`, or as sections, `samples=2000`.
 
-        A component object of a Python file (`CONTROLLER`) stands for that file; `(CONTROLLER, {"gains": {"kp": 0.02}})` gives its
-        parameters. Lists of components take objects too. Errors: UsageError where an object has no file.
+        A component object (`CONTROLLER`) stands for its Python file, or for the notebook cell that made it;
+        `(CONTROLLER, {"gains": {"kp": 0.02}})` gives its parameters. Lists of components take objects too. Errors: UsageError
+        where an object has neither a file nor a cell, or the cell is not plain Python; CampaignError where the file cannot be
+        read.
         """
         changed = type(self)(self.path, self.overrides)
         changed._code = dict(self._code)
@@ -66,7 +67,7 @@ class Campaign:
         component, parameters = value if section and isinstance(value, tuple) else (value, {})
         if not hasattr(component, "family"):
             return component if not parameters else {"use": component, **parameters}
-        file = _file_of(component)
+        file = file_of(component)
         self._code |= file.sources
         return {"use": str(file), **parameters}
 
@@ -182,18 +183,3 @@ class Run:
         account = self.account
         head = f"{account.captured:,} of {account.requested:,} samples captured"
         return f"<p>{head}; report: <code>{html.escape(str(self.report))}</code></p><table>{rows}</table>"
-
-
-def _file_of(component: Any) -> PythonFile:
-    """The file of a component object, with its name in it. UsageError where it has none."""
-    functions = [value for value in vars(component).values() if inspect.isfunction(value)]
-    module = sys.modules.get(functions[0].__module__) if functions else None
-    path = getattr(module, "__file__", None)
-    names = [name for name, value in vars(module).items() if value is component] if module is not None else []
-    if path is None or not names or not Path(path).exists():
-        raise UsageError(
-            f"a component of {component.family} that is in no Python file: a run could not keep its code; "
-            "accepted: one from a file, which a notebook writes with %%writefile my_law.py"
-        )
-    file = read_file(f"{path}:{names[0]}")
-    return PythonFile(f"./{file.file}:{names[0]}", file.file, names[0], file.folder, file.sources)

@@ -67,6 +67,7 @@ SLOW = frozenset(
         "tuning/test_tune.py::test_a_sweep_is_compiled_once",
         "tuning/test_unmet.py",
         "user_code/test_notebook.py::test_a_component_object_stands_for_its_file",
+        "user_code/test_notebook_cells.py::test_a_cell_flies_as_its_file_would",
         "user_code/test_user_everywhere.py::test_tune_and_worst_fly_a_file",
         "user_code/test_user_flights.py::test_arrays_and_vectors_fly_alike",
         "user_code/test_user_flights.py::test_nan_later_is_an_outcome",

@@ -24,6 +24,7 @@ from rvjax.errors import CampaignError, Finding
 
 KEY = "use"
 ACCEPTED = "accepted: the name of a component, or ./FILE.py with a component, in the campaign's folder or below it"
+_CELL = re.compile(r"cell_[0-9a-f]{8}\.py")
 _FORM = re.compile(r"(?P<file>.*\.py)(?::(?P<member>[A-Za-z_][A-Za-z0-9_]*))?")
 _WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|[^A-Za-z0-9]+")
 
@@ -81,10 +82,28 @@ def read_file(path: str | Path) -> PythonFile:
     match = _FORM.fullmatch(text)
     place = Path(match["file"] if match else text)
     use = f"./{place.name}" + (f":{match['member']}" if match and match["member"] else "")
+    return _refusing(use, NamedFiles(place.parent, {}), text)
+
+
+def _refusing(use: str, files: NamedFiles, shown: str) -> PythonFile:
+    """`_read`, with CampaignError instead of RefusedFile. shown: the file, for people."""
     try:
-        return _read(use, NamedFiles(place.parent, {}))
+        return _read(use, files)
     except RefusedFile as refused:
-        raise CampaignError([Finding(refused.where or text, "", refused.message, refused.accepted)]) from None
+        raise CampaignError([Finding(refused.where or shown, "", refused.message, refused.accepted)]) from None
+
+
+def read_cell(text: str, member: str, folder: Path) -> PythonFile:
+    """The source of a notebook cell as a file of a folder, named by its bytes, with what it imports from there. Errors:
+    CampaignError."""
+    data = text.encode()
+    name = f"cell_{hashlib.sha256(data).hexdigest()[:8]}.py"
+    return _refusing(f"./{name}:{member}", NamedFiles(folder, {name: data}), name)
+
+
+def is_cell(name: str) -> bool:
+    """Whether a file is a cell, by its name."""
+    return _CELL.fullmatch(name) is not None
 
 
 def attach_code(source: Source, files: NamedFiles) -> list[Finding]:

@@ -19,6 +19,7 @@ from rvjax.campaign.problems import Problem
 from rvjax.campaign.python_files import PythonFile
 from rvjax.components import installed_code, user_code
 from rvjax.components.effect import Neutral
+from rvjax.components.forms.form import note_origin
 from rvjax.errors import CampaignError, Finding, UsageError
 
 FAMILIES = (
@@ -73,6 +74,9 @@ class Component(Generic[P]):
     neutral: Neutral = ()
     silent: Callable[[P, Spec], Iterable[Problem]] = _no_problems
     coarse: Callable[[P, Spec], Iterable[Problem]] = _no_problems
+
+    def __post_init__(self) -> None:
+        note_origin(self)
 
 
 @cache

@@ -20,7 +20,7 @@ from threading import RLock
 from types import ModuleType
 from typing import Any
 
-from rvjax.campaign.python_files import PythonFile
+from rvjax.campaign.python_files import PythonFile, is_cell
 from rvjax.components.user_mistakes import words_of
 from rvjax.components.user_watch import watched
 from rvjax.errors import CampaignError, Finding
@@ -69,6 +69,8 @@ def finding(error: BaseException, file: PythonFile) -> Finding:
     else:
         where, function = _place_of(what, file), getattr(what, "__name__", "")
     found, accepted = words_of(error)
+    if type(error) is NameError and is_cell(file.file):
+        accepted = "accepted: a name that this notebook cell defines or imports; it flies without the other cells"
     return Finding(where, function, found.replace(f"{PREFIX}{file.digest}.", ""), accepted)
 
 

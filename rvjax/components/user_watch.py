@@ -40,6 +40,12 @@ def watched(paths: Set[str]) -> Iterator[None]:
         _state.paths = before
 
 
+def refuse_flights() -> None:
+    """UserMistake in the code of a user that is executed or traced as a component: it would fly in itself."""
+    if getattr(_state, "paths", None):
+        raise UserMistake("the code of a component flies a campaign", "accepted: definitions only; fly in another cell or file")
+
+
 @cache
 def _install() -> None:
     """An audit hook cannot be removed; this one does nothing outside of `watched`."""

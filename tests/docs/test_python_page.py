@@ -1,4 +1,4 @@
-"""docs/python.md: its Python is executed, its table of public names is that of the docstrings."""
+"""docs/python.md: its Python is executed as notebook cells, its table of public names is that of the docstrings."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import rvjax
 import rvjax.components
 import rvjax.testing
 from tests.program import Run
+from tests.user_code.cells import Notebook
 
 PAGE = Path(__file__).parents[2] / "docs" / "python.md"
 
@@ -41,12 +42,13 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rvjax: R
     monkeypatch.syspath_prepend(tmp_path)
     assert rvjax("init", ".")[0] == 0
     assert rvjax("init", ".", "--controller", "my_law.py")[0] == 0
-    space: dict[str, object] = {}
+    notebook = Notebook(monkeypatch)
     for fence in re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL):
-        exec(compile(fence, str(PAGE), "exec"), space)
+        notebook.run_cell(fence)
     monkeypatch.delitem(sys.modules, "my_law")
     printed = capsys.readouterr().out
     assert "['my_law.py']" in printed
+    assert re.search(r"\['cell_[0-9a-f]{8}\.py'\]", printed)
     assert "captured" in printed
 
 

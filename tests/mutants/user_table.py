@@ -8,6 +8,7 @@ FILES, CODE, CHECKS = "campaign/python_files.py", "components/user_code.py", "si
 ARRAYS, LOOP, SLOSH = "components/forms/arrays.py", "simulation/closed_loop.py", "components/effects/slosh_pendulum.py"
 FORM = "components/forms/allocation.py"
 APPENDAGE, PULSES = "components/effects/flexible_appendage.py", "components/actuators/pulse_width.py"
+OBJECTS, CELLS = "components/object_files.py", "user_code/test_notebook_cells.py"
 MISTAKES = "user_code/test_user_mistakes.py::test_a_mistake_has_its_line_and_words"
 EDITED = "user_code/test_user_identity.py::test_an_edited_file_is_the_new_one_in_a_running_process"
 RESUMED = "user_code/test_user_identity.py::test_other_code_does_not_resume_a_folder"
@@ -44,6 +45,16 @@ MUTANTS = (
     Mutant(
         "a comparison without the code", "analysis/compare.py", "*_code(*folders)", "*()",
         "user_code/test_user_identity.py::test_a_comparison_says_that_the_code_differs",
+    ),
+    # notebook cells
+    Mutant("cells of the same name", FILES, 'f"cell_{hashlib.sha256(data).hexdigest()[:8]}.py"', '"cell_00000000.py"', f"{CELLS}::test_the_cell_that_made_the_component_flies"),
+    Mutant("the cell of the functions", OBJECTS, 'if hasattr(component, "made_in"):', "if False:", f"{CELLS}::test_a_name_of_another_cell_is_a_mistake_with_its_line"),
+    Mutant("a name of another cell", OBJECTS, "        if name in bound:", "        if True:", f"{CELLS}::test_a_component_without_a_name_is_refused"),
+    Mutant("a command in a run folder", OBJECTS, "node.id == _SHELL", "False", f"{CELLS}::test_a_cell_is_plain_python"),
+    Mutant("no advice in a cell", CODE, "type(error) is NameError and is_cell(file.file)", "False", f"{CELLS}::test_a_name_of_another_cell_is_a_mistake_with_its_line"),
+    Mutant(
+        "a flight in itself", "components/user_watch.py", 'if getattr(_state, "paths", None):\n        raise', "if False:\n        raise",
+        f"{CELLS}::test_a_cell_that_also_flies_is_refused",
     ),
     # mistakes
     Mutant("the first frame of the user", CODE, "{frames[-1].filename}:{frames[-1].lineno}", "{frames[0].filename}:{frames[0].lineno}", MISTAKES),

@@ -1,14 +1,27 @@
-"""What every form of a component checks when it is made."""
+"""What every form of a component notes and checks when it is made."""
 
 from __future__ import annotations
 
+import inspect
+import sys
+from types import FrameType
 from typing import Any
 
 from rvjax.campaign import Model
 
 
+def note_origin(component: Any) -> None:
+    """Sets `made_in` of a component object: (file, module) of the code outside of all functions that has led to it."""
+    frame: FrameType | None = sys._getframe(1)
+    while frame is not None and frame.f_code.co_flags & inspect.CO_NEWLOCALS:
+        frame = frame.f_back
+    if frame is not None:
+        object.__setattr__(component, "made_in", (frame.f_code.co_filename, str(frame.f_globals.get("__name__", ""))))
+
+
 def check_form(form: Any, functions: tuple[str, ...], maybe: tuple[str, ...], model: Any) -> None:
     """TypeError where a form does not have what it needs."""
+    note_origin(form)
     kind = type(form).__name__
     if not (isinstance(model, type) and issubclass(model, Model)):
         raise TypeError(f"{kind}: found {model!r} as its parameters; accepted: a class that inherits from Parameters")

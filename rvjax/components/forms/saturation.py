@@ -12,6 +12,7 @@ import jax.numpy as jnp
 
 from rvjax.campaign import Model
 from rvjax.components.forms import arrays
+from rvjax.components.forms.form import note_origin
 from rvjax.components.registry import Component
 from rvjax.components.user_mistakes import given_by
 from rvjax.physics.vectors import Scalar
@@ -33,6 +34,7 @@ class Saturation:
     family = "saturations"
 
     def __post_init__(self) -> None:
+        note_origin(self)
         if not callable(self.limited):
             raise TypeError(f"Saturation: limited is {self.limited!r}; accepted: a function of command, upper and lower")
 
