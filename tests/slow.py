@@ -72,6 +72,7 @@ SLOW = frozenset(
         "user_code/test_user_flights.py::test_arrays_and_vectors_fly_alike",
         "user_code/test_user_flights.py::test_nan_later_is_an_outcome",
         "user_code/test_user_identity.py::test_a_comparison_says_that_the_code_differs",
+        "user_code/test_user_judged.py::test_an_edited_file_is_judged_with_its_new_code",
         "worst/test_worst.py::test_a_pocket_that_a_million_samples_miss_is_found_and_replayed",
     }
 )

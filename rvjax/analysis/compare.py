@@ -37,7 +37,6 @@ from rvjax.components.samplers import sampling_design_of
 from rvjax.components.settings import default
 from rvjax.errors import UsageError
 from rvjax.run_folder import BASELINES, OUTCOMES, RunFolder
-from rvjax.run_folder.manifest import differences
 from rvjax.stats import Estimate, Pairs
 from rvjax.stats.sampling_design import Independent
 
@@ -246,9 +245,14 @@ def _differing(a: Spec, b: Spec) -> tuple[str, ...]:
 
 def _code(a: RunFolder, b: RunFolder) -> tuple[str, ...]:
     """A line for each file and package of a user's components that the runs flew in different versions, and for rvjax itself."""
-    first, second = ({key: folder.identity.get(key, {}) for key in ("components", "code")} for folder in (a, b))
-    lines = differences(first, second, "A", "B")
-    return tuple(f"code of {line.removeprefix('components.').replace('code: ', 'rvjax: ')}" for line in lines)
+    first, second = (folder.identity.get("components", {}) for folder in (a, b))
+    lines = [
+        sentences.code(name, first.get(name), second.get(name))
+        for name in sorted({*first, *second})
+        if first.get(name) != second.get(name)
+    ]
+    own = [folder.identity.get("code") for folder in (a, b)]
+    return (*lines, *([sentences.code("rvjax", *own)] if own[0] != own[1] else []))
 
 
 # --- shares -----------------------------------------------------------------------------------------------------------

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 from rvjax.analysis.percentages import chosen, estimated
 
@@ -53,3 +54,20 @@ def p_value(p: float) -> str:
 
 def _equals(p: float) -> str:
     return f"= {p_value(p)}" if p >= 1e-300 else "< 1e-300"
+
+
+def code(name: str, a: Any, b: Any) -> str:
+    """That A and B flew different code of a file or package. a, b: its digest, of an installed package with versions; None: not
+    flown."""
+    if a is None or b is None:
+        return f"only {'A' if b is None else 'B'} flies the code of {name}"
+    return f"{name}'s code differs (digests {_digest(a)} and {_digest(b)})"
+
+
+def _digest(code: Any) -> str:
+    """The digest of a file, or of a package and its version."""
+    if not isinstance(code, Mapping):
+        return str(code)
+    known = cast("Mapping[str, str]", code)
+    versions = [f"{package} {version}" for package, version in known.items() if package != "code"]
+    return f"{known['code']} of {', '.join(versions)}" if versions else known["code"]

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from rvjax.analysis.compare import _code  # pyright: ignore[reportPrivateUsage]
 from rvjax.campaign.python_files import PythonFile, read_file
 from rvjax.components import installed_code, registry, user_code
 from rvjax.errors import CampaignError, FolderError
 from rvjax.execution.identity import identity
 from rvjax.execution.replay import replay
 from rvjax.execution.run import run
-from rvjax.run_folder import RunFolder
+from rvjax.run_folder import RunDescription, RunFolder
 from rvjax.simulation.batch import compiler_of
 from rvjax.simulation.problem import load
 from tests.program import Run
@@ -187,10 +189,36 @@ def test_a_comparison_says_that_the_code_differs(campaign: Path, tmp_path: Path,
     edit(tmp_path, "gains_of.py")
     other = run(campaign, tmp_path / "other", progress=False)
     _, out, _ = rvjax("compare", folder, other)
-    assert "gains_of.py" in out
+    assert re.search(r"^  gains_of\.py's code differs \(digests [0-9a-f]{16} and [0-9a-f]{16}\)$", out, re.MULTILINE)
     assert "law.py" not in out
+    (tmp_path / "law.py").write_text(LAW)
+    third = run(campaign, tmp_path / "third", progress=False)
+    _, out, _ = rvjax("compare", other, third)
+    assert "\n  only A flies the code of gains_of.py\n  law.py's code differs" in out
     _, same, _ = rvjax("compare", folder, folder)
     assert "code" not in same
+
+
+def test_a_comparison_says_that_the_code_of_rvjax_or_of_a_package_differs(tmp_path: Path) -> None:
+    """Kills: a digest without a sentence, the version of a package left out, equal code named."""
+    sides = [
+        RunFolder.create(
+            tmp_path / name,
+            RunDescription(
+                identity={"code": name * 16, "components": {"laws.pid": {"code": name, "laws": name}, "same.py": "1"}},
+                provenance={},
+                name=name,
+                campaign_text="",
+                samples=1,
+            ),
+        )
+        for name in ("a", "b")
+    ]
+    assert _code(*sides) == (
+        "laws.pid's code differs (digests a of laws a and b of laws b)",
+        f"rvjax's code differs (digests {'a' * 16} and {'b' * 16})",
+    )
+    assert _code(sides[0], sides[0]) == ()
 
 
 def test_an_installed_package_that_changes_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
