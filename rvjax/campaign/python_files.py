@@ -25,6 +25,7 @@ from rvjax.errors import CampaignError, Finding
 KEY = "use"
 ACCEPTED = "accepted: the name of a component, or ./FILE.py with a component, in the campaign's folder or below it"
 _CELL = re.compile(r"cell_[0-9a-f]{8}\.py")
+ACCEPTED_PATH = "accepted: a Python file, FILE.py, or FILE.py:NAME for an object in it"
 _FORM = re.compile(r"(?P<file>.*\.py)(?::(?P<member>[A-Za-z_][A-Za-z0-9_]*))?")
 _WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|[^A-Za-z0-9]+")
 
@@ -88,7 +89,7 @@ def read_file(path: str | Path) -> PythonFile:
 def _refusing(use: str, files: NamedFiles, shown: str) -> PythonFile:
     """`_read`, with CampaignError instead of RefusedFile. shown: the file, for people."""
     try:
-        return _read(use, files)
+        return _read(use, files, ACCEPTED_PATH)
     except RefusedFile as refused:
         raise CampaignError([Finding(refused.where or shown, "", refused.message, refused.accepted)]) from None
 
@@ -127,19 +128,19 @@ def _choices(campaign: Any) -> list[tuple[Place, dict[Any, Any]]]:
     return [*(((*place, KEY), mapping) for place, mapping in mappings_with(KEY, campaign)), *short_choices(campaign)]
 
 
-def _read(use: str, files: NamedFiles) -> PythonFile:
-    """The file and all modules that it imports from beside it."""
+def _read(use: str, files: NamedFiles, accepted: str = ACCEPTED) -> PythonFile:
+    """The file and all modules that it imports from beside it. accepted: where it cannot be read."""
     match = _FORM.fullmatch(use)
     if match is None:
-        raise RefusedFile(f"found {use!r}, which does not end in .py", ACCEPTED)
-    file = plain_path(match["file"], ACCEPTED)
+        raise RefusedFile(f"found {use!r}, which does not end in .py", accepted)
+    file = plain_path(match["file"], accepted)
     root = PurePosixPath(file).parent
     sources: dict[str, bytes] = {}
     todo = [file]
     while todo:
         name = todo.pop()
         if name not in sources:
-            sources[name] = files.read(name, ACCEPTED)
+            sources[name] = files.read(name, accepted)
             path = files.path(name)
             todo += _beside(_parsed(sources[name], path), PurePosixPath(name), root, files)
     return PythonFile(str(use), file, match["member"] or "", str(files.folder), sources)

@@ -8,6 +8,7 @@ the file among these bytes, and anything else where Python finds it.
 from __future__ import annotations
 
 import builtins
+import hashlib
 import linecache
 import sys
 import traceback
@@ -26,7 +27,7 @@ from rvjax.components.user_watch import watched
 from rvjax.errors import CampaignError, Finding
 
 PREFIX = "rvjax_user_"
-"""Beginning of the names of executed modules in `sys.modules`; the digest of the sources follows."""
+"""Beginning of the names of executed modules in `sys.modules`; a digest of the sources and their folder follows."""
 
 _executing = RLock()
 _executed: dict[tuple[str, str], ModuleType] = {}
@@ -71,7 +72,12 @@ def finding(error: BaseException, file: PythonFile) -> Finding:
     found, accepted = words_of(error)
     if type(error) is NameError and is_cell(file.file):
         accepted = "accepted: a name that this notebook cell defines or imports; it flies without the other cells"
-    return Finding(where, function, found.replace(f"{PREFIX}{file.digest}.", ""), accepted)
+    return Finding(where, function, found.replace(f"{_package(file)}.", ""), accepted)
+
+
+def _package(file: PythonFile) -> str:
+    """The name of its modules in `sys.modules`. The same code in another folder has other modules: their lines are elsewhere."""
+    return PREFIX + hashlib.sha256(f"{file.digest} {file.folder}".encode()).hexdigest()[:16]
 
 
 def _called_back(file: PythonFile, search: Callable[..., None]) -> Callable[..., None]:
@@ -111,7 +117,7 @@ class _Modules:
     """The modules of a file, executed as they are imported."""
 
     def __init__(self, file: PythonFile) -> None:
-        self._file, self._package = file, f"{PREFIX}{file.digest}"
+        self._file, self._package = file, _package(file)
         self._root = PurePosixPath(file.file).parent
         self._builtins = vars(builtins) | {"__import__": self._import}
         if self._package not in sys.modules:

@@ -10,9 +10,11 @@ The states are those of a rendezvous: positions, speeds, rates and limits within
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import jax
@@ -94,8 +96,7 @@ def check_file(file: str | Path, parameters: Mapping[str, Any] | None = None) ->
         accepted = (
             f"accepted: {', '.join(held)}" if held else "accepted: a component, such as `rvjax init --controller FILE` writes"
         )
-        words = f"{found.member or 'the file'} is no component" if found.member else "there is no component in the file"
-        raise CampaignError([Finding(f"{found.path(found.file)}:1", "", words, accepted)])
+        raise CampaignError([Finding(f"{found.path(found.file)}:1", "", _absent(module, found.member), accepted)])
     files = {name: PythonFile(f"{found.file}:{name}", found.file, name, found.folder, found.sources) for name in names}
     return tuple(check(files[name], held[name], component(held[name], files[name]), parameters) for name in names)
 
@@ -107,8 +108,8 @@ def check(file: PythonFile | str, family: str, member: Component[Any], parameter
     """
     model = _model(member.parameters, parameters)
     if isinstance(file, PythonFile) and (dead := user_checks.unused(file, family, member, model, None)):
-        words = f"nothing depends on {', '.join(dead)}"
-        raise CampaignError([_finding(file, words, "accepted: parameters that something depends on")])
+        accepted = "accepted: a parameter that something depends on"
+        raise CampaignError([Finding(_declared(file, name), "", f"{file.file} does not use {name}", accepted) for name in dead])
     built = member.build(model)
     function = user_checks.traced(family, built)
     compute = jax.jit(jax.vmap(function, in_axes=(None, 0)))
@@ -127,6 +128,24 @@ def check(file: PythonFile | str, family: str, member: Component[Any], parameter
     )
     names = tuple(member.parameters.keys() if family == "allocations" else quantities)
     return Checked(str(file), family, names, tuple(signals), operations, operations / basis, idle)
+
+
+def _absent(module: ModuleType, name: str) -> str:
+    """Why there is nothing to check. name: of the object that was asked for, "" for any."""
+    if not name:
+        return "there is no component in the file"
+    if name not in vars(module):
+        return f"there is no {name}"
+    return f"{name} is a {type(vars(module)[name]).__name__}, not a component"
+
+
+def _declared(file: PythonFile, name: str) -> str:
+    """`file:line` where a parameter is declared, else the beginning of the file."""
+    for source, data in file.sources.items():
+        for node in ast.walk(ast.parse(data)):
+            if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and node.target.id == name:
+                return f"{file.path(source)}:{node.lineno}"
+    return f"{file.path(file.file)}:1"
 
 
 def _model(form: type[Model], parameters: Mapping[str, Any] | None) -> Model:

@@ -27,8 +27,12 @@ MUTANTS = (
     Mutant("user files outside of the identity", "execution/identity.py", "            code |= use.digests", "            pass", RESUMED),
     Mutant("a file that is read again", CODE, "compile(self._file.sources[source], shown", "compile(open(shown).read(), shown", BYTES),
     Mutant(
-        "modules by their names", CODE, 'f"{PREFIX}{file.digest}"', 'f"{PREFIX}"',
+        "modules by their names", CODE, 'f"{file.digest} {file.folder}".encode()', 'b""',
         "user_code/test_user_identity.py::test_two_files_of_the_same_name_do_not_meet",
+    ),
+    Mutant(
+        "modules by their code alone", CODE, 'f"{file.digest} {file.folder}".encode()', "file.digest.encode()",
+        "user_code/test_user_identity.py::test_the_same_code_in_two_folders_has_two_places",
     ),
     Mutant(
         "a package as it is on the disk", "components/installed_code.py", "if _digest(top) != _digests.get(top, \"\"):", "if False:",

@@ -45,7 +45,9 @@ IMPORT = "import numpy as np\n"
 @dataclass(frozen=True)
 class Mistake:
     """name; old and new text of the law; words of the message; at: the text whose line the message names, "" for line 1, None for
-    a place in the campaign; use: what the campaign says; files: further files."""
+    another place; use: what the campaign says; files: further files. alone, alone_at: words and
+    place of `rvjax check-component` where they differ. right_alone: why this command finds the file right, "" where it names the
+    mistake too."""
 
     name: str
     old: str
@@ -55,6 +57,9 @@ class Mistake:
     use: str = "./law.py"
     gains: str = ""
     files: dict[str, str] = field(default_factory=dict)
+    alone: tuple[str, ...] = ()
+    alone_at: str | None = None
+    right_alone: str = ""
 
 
 def _force(name: str, line: str, *words: str, at: str | None = None) -> Mistake:
@@ -116,9 +121,11 @@ MISTAKES = (
     Mistake("state is a text", START, '    return "zero"\n', ("the state of start, entry 1 is a str",), "def start"),
     Mistake("too few arguments", "def respond(measured, integral, gains):", "def respond(measured, gains):",
             ("TypeError: respond() takes 2 positional arguments but 3 were given",), "def respond"),
-    Mistake("dead gain", FORCE, FORCE.replace("gains.kd", "0.2"), ("law.py does not use kd", "something depends on"), None),
-    Mistake("gain out of range", "", "", ("controller.gains.kp: -1 1/s²", "above 0"), None, gains="{kp: -1}"),
-    Mistake("gain that is not declared", "", "", ("unknown key", "accepted: kp, kd"), None, gains="{kq: 1}"),
+    Mistake("dead gain", FORCE, FORCE.replace("gains.kd", "0.2"), ("law.py does not use kd", "something depends on"), None, alone_at="kd: float"),
+    Mistake("gain out of range", "", "", ("controller.gains.kp: -1 1/s²", "above 0"), None, gains="{kp: -1}",
+            right_alone="the campaign gives the value"),
+    Mistake("gain that is not declared", "", "", ("unknown key", "accepted: kp, kd"), None, gains="{kq: 1}",
+            right_alone="the campaign gives the key"),
     Mistake("syntax error", FORCE, "    force = (1\n", ("syntax error: '(' was never closed",), "force = (1"),
     Mistake("bad indentation", FORCE, " force = 1\n", ("syntax error",), "torque = -3.0"),
     Mistake("import error", IMPORT, "import numpyy as np\n", ("ModuleNotFoundError: No module named 'numpyy'",), "import numpyy"),
@@ -130,17 +137,20 @@ MISTAKES = (
             files={"helper.py": "from law import FACTOR\ngain = 2 * FACTOR\n"}),
     Mistake("import by a call", IMPORT, "import importlib, sys\nimport numpy as np\nimportlib.import_module('helper')\n",
             ("No module named 'helper'",), "importlib.import_module", files={"helper.py": "gain = 2\n"}),
-    Mistake("no controller", END, "", ("no component of controllers", "CONTROLLER = Controller(Gains, start, respond)"), ""),
+    Mistake("no controller", END, "", ("no component of controllers", "CONTROLLER = Controller(Gains, start, respond)"), "",
+            alone=("there is no component in the file", "`rvjax init --controller FILE` writes")),
     Mistake("two controllers", END, END + "OTHER = Controller(Gains, start, respond)\n",
-            ("2 components of controllers", "law.py:CONTROLLER or law.py:OTHER"), ""),
-    Mistake("another family", END, 'from rvjax.components import Metric\nM = Metric(Gains, {"x": Signal("1", "x")}, start, respond)\n',
-            ("no component of controllers (M is one of metrics)",), ""),
-    Mistake("object that is no controller", "", "", ("start is a function, not of controllers", "accepted: CONTROLLER"), "", use="./law.py:start"),
+            ("2 components of controllers", "law.py:CONTROLLER or law.py:OTHER"), "", right_alone="both are checked"),
+    Mistake("another family", END, "from rvjax.components import Saturation\nS = Saturation(lambda command, upper, lower: command)\n",
+            ("no component of controllers (S is one of saturations)",), "", right_alone="any family is accepted"),
+    Mistake("object that is no controller", "", "", ("start is a function, not of controllers", "accepted: CONTROLLER"), "", use="./law.py:start",
+            alone=("start is a function, not a component", "accepted: CONTROLLER")),
     Mistake("object that is not there", "", "", ("there is no Nothing", "accepted: CONTROLLER"), "", use="./law.py:Nothing"),
     Mistake("file that is not there", "", "", ("nolaw.py cannot be read: No such file",), None, use="./nolaw.py"),
-    Mistake("file outside", "", "", ("which is not a plain relative path",), None, use="../law.py"),
+    Mistake("file outside", "", "", ("which is not a plain relative path",), None, use="../law.py", right_alone="any folder is accepted"),
     Mistake("no suffix", "", "", ("does not end in .py",), None, use="./law"),
-    Mistake("unknown component", "", "", ("'pid' is not known here", "or ./FILE.py with a controller, such as `rvjax init --controller FILE.py` writes"), None, use="pid"),
+    Mistake("unknown component", "", "", ("'pid' is not known here", "or ./FILE.py with a controller, such as `rvjax init --controller FILE.py` writes"), None, use="pid",
+            right_alone="the name of a shipped component is no file"),
     Mistake("gains that are no model", END, END.replace("Controller(Gains,", "Controller(dict(kp=1),"),
             ("TypeError: Controller: found {'kp': 1} as its parameters",), "CONTROLLER ="),
     Mistake("no respond", END, END.replace("start, respond", "start, None"), ("TypeError: Controller: respond is missing",), "CONTROLLER ="),

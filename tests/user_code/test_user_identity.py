@@ -19,6 +19,7 @@ from rvjax.execution.run import run
 from rvjax.run_folder import RunDescription, RunFolder
 from rvjax.simulation.batch import compiler_of
 from rvjax.simulation.problem import load
+from rvjax.testing import check_component
 from tests.program import Run
 from tests.user_code.mistakes import LAW
 from tests.user_code.test_user_mistakes import project
@@ -115,6 +116,19 @@ def test_two_files_of_the_same_name_do_not_meet(tmp_path: Path) -> None:
     modules = [user_code.module_of(read_file(tmp_path / name / "law.py")) for name in ("a", "b")]
     assert [module.FACTOR for module in modules] == [1.0, 2.0]
     assert "gains_of" not in sys.modules
+
+
+def test_the_same_code_in_two_folders_has_two_places(tmp_path: Path) -> None:
+    """A copy of a file: a mistake is named in the folder whose file flies, and its reads of files are found there too. Kills:
+    modules that are shared by their code, whose lines are those of the first folder."""
+    law = LAW.replace("    force = ", '    open("gains.txt")\n    force = ')
+    line = 1 + next(i for i, text in enumerate(law.splitlines()) if "open(" in text)
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "law.py").write_text(law)
+        with pytest.raises(CampaignError, match=r"the code opens a file \(gains.txt\)") as caught:
+            check_component(tmp_path / name / "law.py")
+        assert str(caught.value).startswith(f"{tmp_path / name / 'law.py'}:{line}: ")
 
 
 def test_packages_beside_the_file(tmp_path: Path) -> None:
