@@ -8,7 +8,7 @@ error.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -20,6 +20,8 @@ from rvjax.campaign.python_files import PythonFile
 from rvjax.components import installed_code, user_code
 from rvjax.components.effect import Neutral
 from rvjax.components.forms.form import note_origin
+from rvjax.components.member_results import checked
+from rvjax.components.user_mistakes import UserMistake, given_by
 from rvjax.errors import CampaignError, Finding, UsageError
 
 FAMILIES = (
@@ -115,11 +117,44 @@ def _of_file(family: str, file: PythonFile) -> Any:
     """The component of a family in a user's file. CampaignError with the file and the line where there is none."""
     module = user_code.module_of(file)
     try:
-        return user_code.guarded(file, family, member_of(module, file.member, family, file.file))
+        value = _object_of(module, file.member, family, file.file)
+        if not hasattr(value, "component") and not isinstance(value, Component):
+            name = next(name for name, held in vars(module).items() if held is value)
+            raise UsageError(f"{file.file}: {name} has no parameters; accepted: {_EXAMPLES[family]}")
     except UsageError as error:
         path = file.path(file.file)
         found, _, accepted = str(error).removeprefix(f"{file.file}: ").partition("; ")
         raise CampaignError([Finding(f"{path}:1", "", found, accepted)]) from None
+    if not isinstance(value, Component):
+        return user_code.guarded(file, family, value.component)
+    made: Component[Any] = value
+
+    def build(parameters: Any) -> Any:
+        with given_by(made.build):
+            return _of_interface(made.build(parameters), made.build.__name__, family)
+
+    return user_code.guarded(file, family, replace(made, build=build))
+
+
+def _of_interface(built: Any, name: str, family: str) -> Any:
+    """What a component built, whose results are checked. UserMistake where it is not of the family. name: of what built it."""
+    kind = family_built(built)
+    if (kind == ANY and not callable(built)) or (kind not in (family, ANY) and family != ANY):
+        accepted = f"accepted: {_INTERFACES.get(family, 'what an interface of rvjax.components says')}"
+        raise UserMistake(f"{name} returns {'None' if built is None else f'a {type(built).__name__}'}", accepted)
+    return checked(built)
+
+
+_INTERFACES = {
+    "controllers": "a Controller or DiscreteController of rvjax.components.controllers.interface",
+    "actuators": "an Actuator of rvjax.components.actuators.interface",
+    "effects": "an Effect of rvjax.components.effects.interface",
+    "faults": "a Fault of rvjax.components.faults.interface",
+    "disturbances": "a Disturbance of rvjax.components.disturbances.interface",
+    "navigation": "a NavigationError of rvjax.components.navigation.interface",
+    "saturations": "a function",
+}
+"""What `build` gives, by family."""
 
 
 def standard_metrics() -> tuple[Any, ...]:
@@ -159,6 +194,12 @@ def member_of(module: Any, member: str, family: str, origin: str) -> Any:
 
     Errors: UsageError where there is none, or several, or where the object is a component of another family.
     """
+    value = _object_of(module, member, family, origin)
+    return value.component if hasattr(value, "component") else value
+
+
+def _object_of(module: Any, member: str, family: str, origin: str) -> Any:
+    """As `member_of`, in the form that the module has."""
     held = {name: family_of(value) for name, value in vars(module).items() if family_of(value) and not name.startswith("_")}
     fitting = [name for name, known in held.items() if known == family or (known == ANY and name in (member, "COMPONENT"))]
     choices = f"accepted: {', '.join(fitting) or _EXAMPLES.get(family, 'COMPONENT = Component(…)')}"
@@ -173,8 +214,7 @@ def member_of(module: Any, member: str, family: str, origin: str) -> Any:
     if names[0] not in fitting:
         what = f"one of {held[names[0]]}" if names[0] in held else f"a {type(vars(module)[names[0]]).__name__}"
         raise UsageError(f"{origin}: {names[0]} is {what}, not of {family}; {choices}")
-    value = vars(module)[names[0]]
-    return value.component if hasattr(value, "component") else value
+    return vars(module)[names[0]]
 
 
 _EXAMPLES = {
@@ -189,6 +229,12 @@ _EXAMPLES = {
     "allocations": "ALLOCATION = Allocation(Parameters, shares)",
 }
 """What a user's file says, by family."""
+
+
+def family_built(built: Any) -> str:
+    """The family of what a component builds, by the interface that it has; ANY where this does not say it."""
+    package = type(built).__module__.removeprefix("rvjax.components.").removesuffix(".interface")
+    return package if package in FAMILIES else ANY
 
 
 def family_of(value: Any) -> str:

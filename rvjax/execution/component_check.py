@@ -26,7 +26,7 @@ from rvjax.campaign import Model, Quantity
 from rvjax.campaign.python_files import PythonFile, read_file
 from rvjax.components import user_code
 from rvjax.components.manual_examples import mappings
-from rvjax.components.registry import ANY, Component, component, family_of
+from rvjax.components.registry import ANY, Component, component, family_built, family_of
 from rvjax.components.user_mistakes import UserMistake
 from rvjax.errors import CampaignError, Finding
 from rvjax.physics.state import Numbers
@@ -91,14 +91,25 @@ def check_file(file: str | Path, parameters: Mapping[str, Any] | None = None) ->
     found = read_file(file)
     module = user_code.module_of(found)
     held = {name: family for name, value in vars(module).items() if (family := family_of(value)) and not name.startswith("_")}
-    names = [found.member] if found.member else [name for name, family in held.items() if family != ANY]
-    if not names or (found.member and held.get(found.member, ANY) == ANY):
+    names = [found.member] if found.member else [name for name, family in held.items() if family != ANY or name == "COMPONENT"]
+    if not names or names[0] not in held:
         accepted = (
             f"accepted: {', '.join(held)}" if held else "accepted: a component, such as `rvjax init --controller FILE` writes"
         )
         raise CampaignError([Finding(f"{found.path(found.file)}:1", "", _absent(module, found.member), accepted)])
     files = {name: PythonFile(f"{found.file}:{name}", found.file, name, found.folder, found.sources) for name in names}
-    return tuple(check(files[name], held[name], component(held[name], files[name]), parameters) for name in names)
+    return tuple(_check_object(files[name], held[name], parameters) for name in names)
+
+
+def _check_object(file: PythonFile, family: str, parameters: Mapping[str, Any] | None) -> Checked:
+    """Checks an object of a file. family: what the object says."""
+    member = component(family, file)
+    if family == ANY:
+        family = family_built(member.build(_model(member.parameters, parameters)))
+        if family == ANY:
+            mistake = UserMistake(f"{file.member} does not say its family", "accepted: a form, such as Saturation(limited)")
+            raise CampaignError([user_code.finding(mistake, file)])
+    return check(file, family, member, parameters)
 
 
 def check(file: PythonFile | str, family: str, member: Component[Any], parameters: Mapping[str, Any] | None = None) -> Checked:

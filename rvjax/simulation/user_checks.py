@@ -5,9 +5,10 @@ A trace finds errors, wrong kinds and shapes of what comes back, and numbers of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 import jax
 import jax.numpy as jnp
@@ -97,8 +98,8 @@ def numbers(quantities: Mapping[str, Quantity], noisy: bool = False) -> Numbers:
 
 
 def unused(file: PythonFile, family: str, member: Component[Any], model: Model, layout: Layout | None) -> list[str]:
-    """The names of the numbers that nothing depends on, of a component in a user's file, which is traced. layout: of the
-    thrusters, None without. CampaignError with what is wrong in it."""
+    """The names of the numbers that nothing depends on with any choice of the options, of a component in a user's file, which is
+    traced. layout: of the thrusters, None without. CampaignError with what is wrong in it."""
     given = numbers(own_quantities(model), member.noisy)
     if family not in _TRACED:
         return []
@@ -108,7 +109,21 @@ def unused(file: PythonFile, family: str, member: Component[Any], model: Model, 
         pure = "accepted: functions of their arguments only; no chance, no clock, nothing kept"
         mistake = UserMistake("two traces are different programs", pure)
         raise CampaignError([user_code.finding(mistake, file)])
-    return sorted(_without_effect(closed.jaxpr, given) - (TIMING if family == "faults" else set()) - {"noise"})
+    dead = _without_effect(closed.jaxpr, given) - (TIMING if family == "faults" else set()) - {"noise"}
+    for other in _otherwise(model) if dead else ():
+        with suppress(CampaignError):  # of a choice that this campaign does not make
+            function, given = traced(family, member.build(other), layout), numbers(own_quantities(other), member.noisy)
+            program = jax.make_jaxpr(lambda *a, function=function: function(*a))(given, ARGUMENTS)
+            dead &= _without_effect(program.jaxpr, given)
+    return sorted(dead)
+
+
+def _otherwise(model: Model) -> Iterator[Model]:
+    """The model with another choice of one of its options, each in turn."""
+    for name, info in type(model).model_fields.items():
+        option = get_origin(info.annotation) is Literal
+        choices = get_args(info.annotation) if option else (False, True) if info.annotation is bool else ()
+        yield from (model.model_copy(update={name: choice}) for choice in choices if choice != getattr(model, name))
 
 
 TIMING = {"onset_s", "duration_s", "period_s", "duty"}

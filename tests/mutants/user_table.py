@@ -10,6 +10,7 @@ FORM = "components/forms/allocation.py"
 APPENDAGE, PULSES = "components/effects/flexible_appendage.py", "components/actuators/pulse_width.py"
 OBJECTS, CELLS = "components/object_files.py", "user_code/test_notebook_cells.py"
 MISTAKES = "user_code/test_user_mistakes.py::test_a_mistake_has_its_line_and_words"
+PLANTED = "user_code/test_shipped_mistakes.py::test_a_mistake_in_a_shipped_controller_is_named"
 EDITED = "user_code/test_user_identity.py::test_an_edited_file_is_the_new_one_in_a_running_process"
 RESUMED = "user_code/test_user_identity.py::test_other_code_does_not_resume_a_folder"
 BYTES = "user_code/test_user_identity.py::test_the_bytes_that_are_digested_are_those_that_are_executed"
@@ -70,6 +71,15 @@ MUTANTS = (
     Mutant(
         "NaN without a name", "execution/audit_finite.py", "    if not np.all(np.isfinite(lost)):\n        return", "    if True:\n        return",
         "user_code/test_user_flights.py::test_nan_at_once_is_called_by_its_name",
+    ),
+    Mutant("results of a member's form that nobody looks at", "components/registry.py", "    return checked(built)", "    return built", PLANTED),
+    Mutant(
+        "a gain of another option is dead", CHECKS, "for other in _otherwise(model) if dead else ():", "for other in ():",
+        "user_code/test_shipped_mistakes.py::test_a_shipped_controller_passes_as_a_file",
+    ),
+    Mutant(
+        "a component of any family", "components/registry.py", "(kind not in (family, ANY) and family != ANY)", "False",
+        "user_code/test_shipped_mistakes.py::test_what_is_built_is_of_the_family",
     ),
     # flights
     Mutant("a transposed matrix", ARRAYS, "for row in (rows.a, rows.b, rows.c)", "for row in (rows.a, rows.c, rows.b)",
