@@ -135,7 +135,7 @@ def replace(what: str) -> None:
     names, _, by = what.partition(" by ")
     import jax.numpy as jnp
 
-    from rvjax.physics import fast_trig, vectors
+    from rvjax.physics import elementary, vectors
 
     def divided(a: Any, b: Any) -> Any:
         return a * (vectors.each(lambda x: 1.0 / x, b) if isinstance(b, vectors._Elementwise) else 1.0 / b)
@@ -151,7 +151,7 @@ def replace(what: str) -> None:
         if by == "reciprocal":
             vectors._Elementwise.__truediv__ = divided
         else:
-            home = fast_trig if name in ("sin", "cos") else jnp
+            home = elementary if hasattr(elementary, name) else jnp
             setattr(home, name, getattr(jnp, name) if by == "the C library" else cheap[name])
 
 

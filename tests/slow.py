@@ -22,6 +22,7 @@ SLOW = frozenset(
         "physics/test_actuators.py::test_a_campaign_flies_them[actuators0]",
         "physics/test_adaptation.py::test_estimates_stay_inside_their_bounds",
         "physics/test_effects.py::test_a_campaign_flies_them",
+        "physics/test_elementary.py::test_every_digit_is_there_at_many_numbers",
         "physics/test_flight.py::test_order_four[filtered-gentle]",
         "physics/test_flight.py::test_what_float32_costs[pd_plus-pd-plus-slow_pd]",
         "physics/test_lqr_kalman.py::test_its_prediction_is_what_comes",

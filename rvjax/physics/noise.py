@@ -16,7 +16,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 
-from rvjax.physics.fast_trig import cos, sin
+from rvjax.physics.elementary import cos, sin
 from rvjax.physics.vectors import Scalar
 
 Words = tuple[Scalar, Scalar]

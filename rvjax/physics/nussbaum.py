@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 
 import jax.numpy as jnp
 
-from rvjax.physics.fast_trig import cos
+from rvjax.physics.elementary import cos
 from rvjax.physics.vectors import Scalar
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tests.mutants.mutant import Mutant
 
+TRIG = "physics/elementary/trigonometric.py"
 DYNAMICS, ADAPTIVE = "physics/dynamics.py", "components/controllers/saturated_adaptive.py"
 RATES = "physics/test_dynamics.py::test_rates_are_those_of_the_absolute_motion"
 MOMENTUM = "physics/test_dynamics.py::test_momentum_follows_from_the_torque_alone"
@@ -15,7 +16,7 @@ IDENTITY = "physics/test_adaptation.py::test_lyapunov_like_identity"
 GRADIENT = "physics/test_adaptation.py::test_adaptation_follows_the_gradient"
 LINEAR = "physics/test_adaptation.py::test_the_plant_is_linear_in_its_parameters"
 DERIVATIVE = "physics/test_adaptation.py::test_differentiators_find_the_derivative"
-SINE = "physics/test_elementary.py::test_sine_and_cosine_have_every_digit"
+SINE = "physics/test_sine_and_cosine.py::test_sine_and_cosine_have_every_digit"
 NUSSBAUM = "physics/test_adaptation.py::test_nussbaum_gains_by_definition"
 ONSET = "physics/test_flight.py::test_faults_begin_at_their_onset"
 NORMAL = "physics/test_noise.py::test_the_numbers_are_normal"
@@ -162,9 +163,9 @@ MUTANTS = (
         "physics/test_saturation.py::test_value_and_slope",
     ),
     # controller
-    Mutant("cosine half a turn off", "physics/fast_trig.py", "return -_alternate(half)", "return _alternate(half)", SINE),
-    Mutant("a part of π/2 missing", "physics/fast_trig.py", "6.123233932053594e-17, ", "", SINE),
-    Mutant("a term of the sine missing", "physics/fast_trig.py", "        2.7314368769379893e-15,\n", "", SINE),
+    Mutant("cosine half a turn off", TRIG, "return -_alternate(half)", "return _alternate(half)", SINE),
+    Mutant("a part of π/2 missing", TRIG, "6.123233932053594e-17, ", "", SINE),
+    Mutant("a term of the sine missing", TRIG, "        2.7314368769379893e-15,\n", "", SINE),
     Mutant(
         "sign of the Nussbaum gain",
         "physics/nussbaum.py",

@@ -6,11 +6,12 @@ wrong words, files and exit codes.
 
 from __future__ import annotations
 
-from tests.mutants import command_table, data_table, flight_table, members_table, product_table, user_table
+from tests.mutants import command_table, data_table, elementary_table, flight_table, members_table, product_table, user_table
 from tests.mutants.mutant import Mutant
 
 MUTANTS: tuple[Mutant, ...] = (
     *flight_table.MUTANTS,
+    *elementary_table.MUTANTS,
     *members_table.MUTANTS,
     *data_table.MUTANTS,
     *product_table.MUTANTS,

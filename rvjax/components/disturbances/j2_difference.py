@@ -26,7 +26,7 @@ from rvjax.campaign import Model, Quantity, scalar
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.registry import Component
 from rvjax.physics.dynamics import MU_EARTH, Relative
-from rvjax.physics.fast_trig import cos, sin
+from rvjax.physics.elementary import cos, sin
 from rvjax.physics.state import Numbers, Plant, State, TargetMotion, Tick
 from rvjax.physics.vectors import Channels, Scalar, Vector, cross, dot, norm, rotate
 

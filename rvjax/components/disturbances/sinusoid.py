@@ -14,7 +14,7 @@ from rvjax.components.effect import zero
 from rvjax.components.registry import Component
 from rvjax.components.wrench_over_time import fast_sinusoid
 from rvjax.physics.dynamics import Relative
-from rvjax.physics.fast_trig import sin
+from rvjax.physics.elementary import sin
 from rvjax.physics.state import Numbers, Plant, State
 from rvjax.physics.vectors import Channels, Scalar, each
 

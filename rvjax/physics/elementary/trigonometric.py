@@ -7,7 +7,7 @@
 
 Error: at most 2.5 units in the last place for |x| ≤ 2e8 rad (float64) or 1e4 rad (float32). Beyond that it is the sine of a
 number within a unit in the last place of x; |sin x| never exceeds 1. NaN for NaN and ±∞. W. Cody, W. Waite, "Software manual
-for the elementary functions", 1980, ch. 8; coefficients: tests/physics/test_elementary.py.
+for the elementary functions", 1980, ch. 8; coefficients: tests/physics/test_sine_and_cosine.py.
 """
 
 from __future__ import annotations
