@@ -16,7 +16,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 
-from rvjax.physics.elementary import cos, sin
+from rvjax.physics.elementary import cos, log, sin
 from rvjax.physics.vectors import Scalar
 
 Words = tuple[Scalar, Scalar]
@@ -42,7 +42,7 @@ def pair(first: Scalar, second: Scalar) -> tuple[Scalar, Scalar]:
     """Two independent standard normal numbers from two words, in single precision."""
     share = (first.astype(jnp.float32) + np.float32(0.5)) * _SHARE
     angle = second.astype(jnp.float32) * np.float32(2.0 * math.pi * 2.0**-32)
-    size = jnp.sqrt(np.float32(-2.0) * jnp.log(share))
+    size = jnp.sqrt(np.float32(-2.0) * log(share))
     return size * cos(angle), size * sin(angle)
 
 

@@ -15,13 +15,13 @@ from collections.abc import Callable, Mapping
 
 import jax.numpy as jnp
 
-from rvjax.physics.elementary import cos
+from rvjax.physics.elementary import cos, exp
 from rvjax.physics.vectors import Scalar
 
 
 def exp_cos(chi: Scalar) -> Scalar:
     """N(χ) = e^{χ²} cos(πχ/2)."""
-    return jnp.exp(chi * chi) * cos((0.5 * math.pi) * chi)
+    return exp(chi * chi) * cos((0.5 * math.pi) * chi)
 
 
 def quadratic_cos(chi: Scalar) -> Scalar:

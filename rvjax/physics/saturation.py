@@ -15,9 +15,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import jax
 import jax.numpy as jnp
 
+from rvjax.physics.elementary import erf, exp, tanh
 from rvjax.physics.vectors import Channels, Scalar, split
 
 Saturation = Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
@@ -27,14 +27,14 @@ Saturation = Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
 def smooth_tanh(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
     """h = u_m tanh(v/u_m), h' = 1 − tanh²(v/u_m), u_m = u⁺ for v ≥ 0, else u⁻."""
     limit = jnp.where(v >= 0, upper, lower)
-    share = jnp.tanh(v / limit)
+    share = tanh(v / limit)
     return limit * share, 1.0 - share * share
 
 
 def shifted_tanh(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
     """h = s tanh((v−c)/s) + c, h' = 1 − tanh²((v−c)/s), c = (u⁺−u⁻)/2, s = (u⁺+u⁻)/2."""
     centre, span = 0.5 * (upper - lower), 0.5 * (upper + lower)
-    share = jnp.tanh((v - centre) / span)
+    share = tanh((v - centre) / span)
     return span * share + centre, 1.0 - share * share
 
 
@@ -42,7 +42,7 @@ def error_function(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Sca
     """h = u_m erf(√π v/(2u_m)), h' = exp(−π v²/(4u_m²)), u_m = u⁺ for v ≥ 0, else u⁻."""
     limit = jnp.where(v >= 0, upper, lower)
     x = (0.5 * math.sqrt(math.pi)) * v / limit
-    return limit * jax.scipy.special.erf(x), jnp.exp(-x * x)
+    return limit * erf(x), exp(-(x * x))
 
 
 def hard_clip(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:

@@ -15,7 +15,7 @@ MUTANTS = (
     Mutant("exp: no second part of ln 2", EXP, "(x - k * t.parts[0]) - k * t.parts[1]", "x - k * t.parts[0]", DIGITS),
     Mutant("exp: overflow too early", EXP, "highest=710.0", "highest=709.0", DIGITS),
     Mutant("exp: 2ᵏ in one factor", "physics/elementary/formats.py", "half = both >> 1", "half = both - 1023", DIGITS),
-    Mutant("expm1: no rest of r", EXP, "rest = (first - r) - second", "rest = 0.0 * (first - r)", DIGITS),
+    Mutant("expm1: rest of r with the other sign", EXP, "rest = (first - r) - second", "rest = second - (first - r)", DIGITS),
     Mutant("expm1: sign of zero lost", EXP, "return jnp.where(jnp.abs(x) <", "return jnp.where(jnp.abs(x) < -", SPECIAL),
     Mutant("expm1: derivative of exp", EXP, "@elementary(lambda x, y: exp(x))", "@elementary(lambda x, y: y)", SLOPES),
     Mutant("tanh: a coefficient off by 1e-12", TANH, "-0.05396825382196964", "-0.05396825382296964", DIGITS),

@@ -28,7 +28,7 @@ def _both(*ranges: tuple[float, float]) -> tuple[tuple[tuple[float, float], ...]
 
 TRUTHS: dict[str, Truth] = {
     "exp": Truth(mpmath.exp, (((-2, 2), (-746, 710.5), (-746, -707)), ((-2, 2), (-104.5, 89), (-104.5, -87)))),
-    "expm1": Truth(mpmath.expm1, (((-2, 2), (-50, 710.5)), ((-2, 2), (-30, 89)))),
+    "expm1": Truth(mpmath.expm1, (((-2, 2), (-50, 710.5), (0.346, 0.5)), ((-2, 2), (-30, 89), (0.346, 0.5)))),
     "tanh": Truth(mpmath.tanh, _both((-1.5, 1.5), (-22, 22), (0.25, 1.2))),
     "log": Truth(mpmath.log, _both((0.4, 2.5), (0, 1000)), 1.0, (0, np.inf)),
     "log1p": Truth(mpmath.log1p, _both((-0.6, 1.5), (0, 1000)), -1.0, (-1, np.inf)),

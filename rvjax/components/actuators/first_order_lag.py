@@ -7,11 +7,10 @@ Solved exactly for a command that is constant during a step: u(t) = u_k + (1 −
 
 from __future__ import annotations
 
-import jax.numpy as jnp
-
 from rvjax.campaign import Model, Quantity, scalar
 from rvjax.components.actuators.interface import Actuator, Limits, Output, at_rest
 from rvjax.components.registry import Component
+from rvjax.physics.elementary import exp
 from rvjax.physics.state import Numbers, Tick
 from rvjax.physics.vectors import Channels, Scalar
 
@@ -25,7 +24,7 @@ class Parameters(Model):
 def act(t: Scalar, u: Channels, memory: Output, limits: Limits, numbers: Numbers) -> Channels:
     """u_k + (1 − e^{−(t − t_k)/T})(h − u_k)."""
     del limits
-    return memory.u + (u - memory.u) * (1.0 - jnp.exp((memory.t - t) / numbers.time_constant_s))
+    return memory.u + (u - memory.u) * (1.0 - exp((memory.t - t) / numbers.time_constant_s))
 
 
 def keep(tick: Tick, u: Channels, memory: Output, limits: Limits, numbers: Numbers) -> Output:

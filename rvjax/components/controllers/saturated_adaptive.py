@@ -41,6 +41,7 @@ from rvjax.physics.backstepping import (
     tracking,
 )
 from rvjax.physics.differentiators import DIFFERENTIATORS
+from rvjax.physics.elementary import exp
 from rvjax.physics.nussbaum import GAINS
 from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, each, split
@@ -92,7 +93,7 @@ def start(options: Parameters, measurement: Measurement, gains: Numbers) -> Cont
 def virtual_wrench(options: Parameters, measurement: Measurement, state: Control, gains: Numbers) -> tuple[Channels, Control]:
     """α₂, and the rates of m̂, Ĵ and D̂ (the other rates zero)."""
     now = tracking(options.shaped, measurement, gains)
-    fade = jnp.exp(-gains.epsilon_decay * measurement.t) if options.epsilon == "decaying" else 1.0
+    fade = exp(-gains.epsilon_decay * measurement.t) if options.epsilon == "decaying" else 1.0
     width = Channels.pair(gains.epsilon_force, gains.epsilon_torque) * fade
     raw = -(model(now, state.mass, state.inertia) + (feedback(now.z2, gains) + robust(now.z2, state.bound, width)))
     alpha2, free = raw, now.z2

@@ -19,6 +19,7 @@ from rvjax.components.disturbances.interface import Disturbance, without_silent
 from rvjax.components.effect import zero
 from rvjax.components.registry import Component
 from rvjax.physics.dynamics import Relative
+from rvjax.physics.elementary import expm1
 from rvjax.physics.noise import normals
 from rvjax.physics.state import Numbers, Plant, State, Tick
 from rvjax.physics.vectors import Channels, Scalar, each
@@ -47,7 +48,7 @@ def keep(tick: Tick, y: State, memory: Channels, numbers: Numbers) -> Channels:
     del y
 
     def following(x: Scalar, sd: Scalar, tau: Scalar, xi: Scalar) -> Scalar:
-        fall = jnp.where(tick.k == 0, -1.0, jnp.expm1(-tick.h / tau))  # e^{−h/τ} − 1
+        fall = jnp.where(tick.k == 0, -1.0, expm1(-tick.h / tau))  # e^{−h/τ} − 1
         return (1.0 + fall) * x + sd * jnp.sqrt(-fall * (2.0 + fall)) * xi
 
     xi = Channels.of(normals(numbers.noise, tick.k, 6))

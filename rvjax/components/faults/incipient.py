@@ -9,11 +9,10 @@ nonlinear systems", IEEE Trans. Automatic Control, 2002).
 
 from __future__ import annotations
 
-import jax.numpy as jnp
-
 from rvjax.campaign import Quantity, channels
 from rvjax.components.faults.interface import FaultParameters, fault
 from rvjax.components.registry import Component
+from rvjax.physics.elementary import exp
 from rvjax.physics.state import Numbers
 from rvjax.physics.vectors import Channels, Scalar, each
 
@@ -30,7 +29,7 @@ def failed(u: Channels, since: Channels, memory: tuple[()], upper: Channels, num
     del memory, upper
 
     def reduced(h: Scalar, s: Scalar, loss: Scalar, growth: Scalar) -> Scalar:
-        return h * (1.0 - loss * (1.0 - jnp.exp(-growth * s)))
+        return h * (1.0 - loss * (1.0 - exp(-growth * s)))
 
     return each(reduced, u, since, numbers.loss, numbers.growth)
 

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 from rvjax.campaign import Quantity, channels
 from rvjax.components.faults.interface import Fault, FaultParameters, acts
 from rvjax.components.registry import Component
+from rvjax.physics.elementary import exp
 from rvjax.physics.state import Numbers, Tick
 from rvjax.physics.vectors import Channels, Scalar, each
 
@@ -43,7 +44,7 @@ def act(t: Scalar, u: Channels, memory: Output, upper: Channels, numbers: Number
     del upper
 
     def lagging(on: Scalar, h: Scalar, last: Scalar, tau: Scalar) -> Scalar:
-        return jnp.where(on, last + (1.0 - jnp.exp((memory.t - t) / tau)) * (h - last), h)
+        return jnp.where(on, last + (1.0 - exp((memory.t - t) / tau)) * (h - last), h)
 
     return each(lagging, acts(t, numbers), u, memory.u, numbers.time_constant_s)
 
