@@ -28,6 +28,7 @@ from rvjax.campaign import Quantity
 from rvjax.columns import AXES, CHANNELS, EFFECT, SIGNAL, Column
 from rvjax.components.controllers.interface import WRENCH, Controller, DiscreteController
 from rvjax.components.effects.interface import Effect
+from rvjax.physics.elementary import atan
 from rvjax.physics.state import Numbers, Step
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, dot, each, largest, norm
 from rvjax.simulation import user_checks
@@ -159,7 +160,7 @@ def derived() -> dict[str, Signal]:
 
 
 def _angle(step: Step) -> Scalar:
-    return jnp.rad2deg(4.0 * jnp.arctan(norm(step.motion.sigma)))
+    return jnp.rad2deg(4.0 * atan(norm(step.motion.sigma)))
 
 
 def _closing(step: Step) -> Scalar:

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 
 from rvjax.columns import Column
 from rvjax.components.metrics.interface import Metric, MetricContext
+from rvjax.physics.elementary import atan
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Scalar, norm
 
@@ -53,7 +54,7 @@ def finish(acc: Accuracy, context: MetricContext) -> Mapping[str, Scalar]:
     values: dict[str, Scalar] = {}
     for prefix, errors in (("final", acc.latest), ("window", acc.worst)):
         values[f"{prefix}_position_error_m"] = errors.position
-        values[f"{prefix}_attitude_error_deg"] = jnp.rad2deg(4.0 * jnp.arctan(errors.attitude))
+        values[f"{prefix}_attitude_error_deg"] = jnp.rad2deg(4.0 * atan(errors.attitude))
         values[f"{prefix}_velocity_error_m_s"] = errors.velocity
         values[f"{prefix}_rate_error_deg_s"] = jnp.rad2deg(errors.rate)
     return values

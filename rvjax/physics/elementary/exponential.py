@@ -4,6 +4,7 @@
     r = x − k ln 2,  |r| ≤ ln 2/2                 ln 2 is a sum of two parts, so k times the first has no rounding error
     e^x = 2^k (1 + r + r² P(r))
     e^x − 1 = (2^k − 1) + 2^k (r + r² P(r))
+    2^x = 2^k (1 + g Q(g)),  g = x − k
 
 P: Chebyshev fit over |r| ≤ ln 2/2, error of e^r 1e-17 (float64) or 8e-9 (float32). 2^k is a product of two numbers, so that
 results below the smallest normal number are rounded only once. W. Cody, W. Waite, "Software manual for the elementary functions",
@@ -22,18 +23,19 @@ from rvjax.physics.vectors import Scalar
 
 
 class _Tables(NamedTuple):
-    """parts: of ln 2. lowest, highest: e^x is 0 or ∞ beyond. fit: coefficients of P, from the lowest."""
+    """parts: of ln 2. lowest, highest: e^x is 0 or ∞ beyond. fit, base_two: coefficients of P and Q, from the lowest."""
 
     parts: tuple[float, float]
     lowest: float
     highest: float
     fit: tuple[float, ...]
+    base_two: tuple[float, ...]
 
 
 _FLOAT64 = _Tables(
     parts=(0.693147180559663, 2.8235290563031577e-13),
     lowest=-746.0,
-    highest=710.0,
+    highest=711.0,
     fit=(
         0.5000000000000001,
         0.16666666666666669,
@@ -46,13 +48,58 @@ _FLOAT64 = _Tables(
         2.7620201591031547e-07,
         2.5100472505694996e-08,
     ),
+    base_two=(
+        0.6931471805599453,
+        0.24022650695910097,
+        0.0555041086648216,
+        0.009618129107606854,
+        0.0013333558146416917,
+        0.00015403530441794136,
+        1.525273382986708e-05,
+        1.3215442552522291e-06,
+        1.0178062426976924e-07,
+        7.072593027878997e-09,
+        4.4549643712692967e-10,
+    ),
 )
 _FLOAT32 = _Tables(
     parts=(0.693145751953125, 1.4286068203094173e-06),
     lowest=-104.0,
-    highest=89.0,
+    highest=90.0,
     fit=(0.5, 0.16666576666119928, 0.04166655421298415, 0.008363232883682618, 0.0013926250831497611),
+    base_two=(
+        0.6931471880352003,
+        0.24022650760645808,
+        0.05550357071152507,
+        0.009618082519990467,
+        0.0013390886332106697,
+        0.0001545318282995974,
+    ),
 )
+
+
+@elementary(lambda x, y: math.log(2.0) * y)
+def exp2(x: Scalar) -> Scalar:
+    """2^x; a whole x gives a power of two. Error: at most 1.2 units in the last place in both types."""
+    t, form = _tables(x), format_of(x)
+    x = jnp.minimum(jnp.maximum(x, -1.0 * (form.bias + form.digits + 2)), form.bias + 2.0)
+    k = jnp.round(x)
+    rest = x - k
+    return scaled(1.0 + rest * polynomial(rest, t.base_two), k)
+
+
+def exp_of_sum(x: Scalar, rest: Scalar) -> Scalar:
+    """e^(x + rest) − 1 for |x| ≤ ln 2/2 and a rest below the last place of x."""
+    return x + (x * x * polynomial(x, _tables(x).fit) + (rest + x * rest))
+
+
+def _parts(x: Scalar) -> tuple[Scalar, Scalar]:
+    """(m, k): e^x = 2^k m."""
+    t = _tables(x)
+    x = jnp.minimum(jnp.maximum(x, t.lowest), t.highest)
+    k = jnp.round(x * (1.0 / math.log(2.0)))
+    r = (x - k * t.parts[0]) - k * t.parts[1]
+    return 1.0 + (r + r * r * polynomial(r, t.fit)), k
 
 
 def _tables(x: Scalar) -> _Tables:
@@ -62,11 +109,14 @@ def _tables(x: Scalar) -> _Tables:
 @elementary(lambda x, y: y)
 def exp(x: Scalar) -> Scalar:
     """e^x. Error: at most 1.0 unit in the last place in both types."""
-    t = _tables(x)
-    x = jnp.minimum(jnp.maximum(x, t.lowest), t.highest)
-    k = jnp.round(x * (1.0 / math.log(2.0)))
-    r = (x - k * t.parts[0]) - k * t.parts[1]
-    return scaled(1.0 + (r + r * r * polynomial(r, t.fit)), k)
+    mantissa, k = _parts(x)
+    return scaled(mantissa, k)
+
+
+def half_exp(x: Scalar) -> Scalar:
+    """e^x/2, finite also where e^x is not."""
+    mantissa, k = _parts(x)
+    return scaled(mantissa, k - 1.0)
 
 
 @elementary(lambda x, y: exp(x))
@@ -76,7 +126,7 @@ def expm1(x: Scalar) -> Scalar:
     Error: at most 1.8 (float64) or 1.9 (float32) units in the last place.
     """
     t = _tables(x)
-    inside = jnp.minimum(jnp.maximum(x, -1.0 * format_of(x).digits), t.highest)
+    inside = jnp.minimum(jnp.maximum(x, -1.0 * format_of(x).digits), t.highest - 1.0)
     k = jnp.round(inside * (1.0 / math.log(2.0)))
     first, second = inside - k * t.parts[0], k * t.parts[1]
     r = first - second

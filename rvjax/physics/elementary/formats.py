@@ -65,6 +65,16 @@ def with_sign(size: Scalar, x: Scalar) -> Scalar:
     return number(bits(size) | (bits(x) & format_of(x).sign))
 
 
+def with_sign_times(y: Scalar, x: Scalar) -> Scalar:
+    """y with its sign changed where the sign of x is negative, that of zero too."""
+    return number(bits(y) ^ (bits(x) & format_of(x).sign))
+
+
+def head(x: Scalar, zeros: tuple[int, int]) -> Scalar:
+    """x without its last bits, zeros of them in (float64, float32): products of two such numbers have no rounding error."""
+    return number(bits(x) & -(1 << zeros[format_of(x) is FLOAT32]))
+
+
 def power_of_two(k: Scalar) -> Scalar:
     """2ᵏ of a whole number k where it is a normal number."""
     form = format_of(k)
@@ -84,6 +94,21 @@ def polynomial(x: Scalar, coefficients: Sequence[float]) -> Scalar:
     square = x * x
     pairs = [reduce(lambda low, high: low + high * x, coefficients[i : i + 2]) for i in range(0, len(coefficients), 2)]
     return reduce(lambda value, pair: value * square + pair, reversed(pairs))
+
+
+def of_two(
+    function: Callable[[Scalar, Scalar], Scalar], slopes: Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
+) -> Callable[[Scalar, Scalar], Scalar]:
+    """A function of two arguments with its derivative: slopes(x, y, f(x, y)) = (∂f/∂x, ∂f/∂y)."""
+    inner = jax.custom_jvp(jax.jit(function, inline=True))
+
+    def rule(primals: tuple[Scalar, Scalar], tangents: tuple[Scalar, Scalar]) -> tuple[Scalar, Scalar]:
+        value = inner(*primals)
+        along_x, along_y = slopes(*primals, value)
+        return value, along_x * tangents[0] + along_y * tangents[1]
+
+    inner.defjvp(rule)
+    return lambda x, y: evaluated(lambda *both: inner(*jnp.broadcast_arrays(*both)), x, y)
 
 
 def elementary(slope: Callable[[Scalar, Scalar], Scalar]) -> Callable[[Callable[[Scalar], Scalar]], Callable[[Scalar], Scalar]]:
