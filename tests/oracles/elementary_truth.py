@@ -87,7 +87,7 @@ SPECIAL_VALUES: tuple[tuple[str, float, float], ...] = (
     *(("asin", x, y) for x, y in ((0.0, 0.0), (-0.0, -0.0), (1.0, np.pi / 2), (-1.0, -np.pi / 2), (1.5, NAN), (-INF, NAN))),
     *(("acos", x, y) for x, y in ((1.0, 0.0), (-1.0, np.pi), (0.0, np.pi / 2), (-0.0, np.pi / 2), (1.5, NAN), (-INF, NAN))),
     *(("asinh", x, y) for x, y in ((0.0, 0.0), (-0.0, -0.0), (INF, INF), (-INF, -INF))),
-    *(("acosh", x, y) for x, y in ((1.0, 0.0), (INF, INF), (0.5, NAN), (-INF, NAN), (-3.0, NAN))),
+    *(("acosh", x, y) for x, y in ((1.0, 0.0), (INF, INF), (0.5, NAN), (-INF, NAN), (-1e9, NAN))),
     *(("atanh", x, y) for x, y in ((0.0, 0.0), (-0.0, -0.0), (1.0, INF), (-1.0, -INF), (1.5, NAN), (-INF, NAN), (1e30, NAN))),
     *(("cbrt", x, y) for x, y in ((0.0, 0.0), (-0.0, -0.0), (INF, INF), (-INF, -INF), (-27.0, -3.0), (1e-30, 1e-10))),
 )
@@ -142,9 +142,9 @@ def pairs(name: str, kind: type[np.floating[Any]], count: int) -> tuple[NDArray[
 
     if name == "atan2":
         near = sized(-20, 20)
-        first = np.concatenate([near, sized(-20, 20), sized(low, high)])
+        first = np.concatenate([near, sized(-20, 20), sized(low, high), sized(high - 3, high)])
         second = np.concatenate([near * generator.uniform(0.2, 5.0, count) * generator.choice([-1, 1], count), sized(-20, 20)])
-        second = np.concatenate([second, sized(low, high)])
+        second = np.concatenate([second, sized(low, high), sized(high - 3, high)])
         return first.astype(kind), second.astype(kind)
     x = np.abs(np.concatenate([sized(low, high - 1), generator.uniform(0.5, 2.0, 2 * count), 1.0 + sized(2 - last, -1)]))
     x = x.astype(kind)

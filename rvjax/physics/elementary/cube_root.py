@@ -1,10 +1,10 @@
 """Cube root by arithmetic only.
 
-    |x| = 2^(3q) m,  ½/√2 ≤ m ≤ 2√2
+    |x| = 2^(3q) m,  √2/4 ≤ m ≤ 2√2
     t = P(m) at first, then t ← t + t (m/t² − t)/(2t + m/t²), which triples the digits
     ∛|x| = 2^q t
 
-Before the last step t is cut to a head, whose square has no rounding error. P: Chebyshev fit of ∛m over √½ ≤ m ≤ √2, error 1.2e-5,
+Before the last step t is cut to a head, whose square has no rounding error. P: Chebyshev fit of ∛m over √½ ≤ m ≤ √2, error 1e-5,
 times ∛2 or ∛½; tests/physics/test_elementary_fits.py. The step is that of FreeBSD's cbrt.
 """
 
