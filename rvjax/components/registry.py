@@ -20,7 +20,6 @@ from rvjax.campaign.python_files import PythonFile
 from rvjax.components import installed_code, user_code
 from rvjax.components.effect import Neutral
 from rvjax.components.forms.form import note_origin
-from rvjax.components.member_results import checked
 from rvjax.components.user_mistakes import UserMistake, given_by
 from rvjax.errors import CampaignError, Finding, UsageError
 
@@ -142,6 +141,8 @@ def _of_interface(built: Any, name: str, family: str) -> Any:
     if (kind == ANY and not callable(built)) or (kind not in (family, ANY) and family != ANY):
         accepted = f"accepted: {_INTERFACES.get(family, 'what an interface of rvjax.components says')}"
         raise UserMistake(f"{name} returns {'None' if built is None else f'a {type(built).__name__}'}", accepted)
+    from rvjax.components.member_results import checked  # imports JAX
+
     return checked(built)
 
 
