@@ -141,9 +141,7 @@ def _of_interface(built: Any, name: str, family: str) -> Any:
     if (kind == ANY and not callable(built)) or (kind not in (family, ANY) and family != ANY):
         accepted = f"accepted: {_INTERFACES.get(family, 'what an interface of rvjax.components says')}"
         raise UserMistake(f"{name} returns {'None' if built is None else f'a {type(built).__name__}'}", accepted)
-    from rvjax.components.member_results import checked  # imports JAX
-
-    return checked(built)
+    return import_module("rvjax.components.forms.member_results").checked(built)  # imports JAX, which few commands need
 
 
 _INTERFACES = {
