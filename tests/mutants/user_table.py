@@ -72,7 +72,7 @@ MUTANTS = (
         "NaN without a name", "execution/audit_finite.py", "    if not np.all(np.isfinite(lost)):\n        return", "    if True:\n        return",
         "user_code/test_user_flights.py::test_nan_at_once_is_called_by_its_name",
     ),
-    Mutant("results of a member's form that nobody looks at", "components/registry.py", "    return checked(built)", "    return built", PLANTED),
+    Mutant("results of a member's form that nobody looks at", "components/registry.py", "member_results\").checked(built)", "member_results\") and built", PLANTED),
     Mutant(
         "a gain of another option is dead", CHECKS, "for other in _otherwise(model) if dead else ():", "for other in ():",
         "user_code/test_shipped_mistakes.py::test_a_shipped_controller_passes_as_a_file",
