@@ -130,6 +130,9 @@ class Spec(Model):
     samples: int = count(at_least=1, at_most=1_000_000_000, example=1000, doc="number of flights")
     seed: int = count(default=0, doc="seed of every draw")
     precision: Literal["float64", "float32"] = option(default="float64", doc="floating-point precision of the flights")
+    engine: Literal["auto", "llvm", "xla"] = option(
+        default="xla", doc="what turns a flight into machine code; auto: llvm on a CPU if it knows every operation, else xla"
+    )
     horizon: Horizon = part(doc="duration and step")
     target: Target = part(default={}, doc="the body to dock with")
     pursuer: Pursuer = part(doc="the body that docks")
@@ -260,7 +263,8 @@ class Spec(Model):
 
         parameters: of the components by `Choice.path`, as read by the components' models; without them, as written.
         """
-        ignored = {"name", "description", "samples", "baselines", "require", "keep", "audit", "correlate", "epistemic", "tune"}
+        ignored = {"name", "description", "samples", "engine", "baselines", "require", "keep", "audit"}
+        ignored |= {"correlate", "epistemic", "tune"}
         parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in ignored}
         parts["parameters"] = self._parameters(parameters or {})
         parts["correlate"] = sorted(group.ordered for group in self.correlate)

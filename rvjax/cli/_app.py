@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -37,6 +37,9 @@ Sets = Annotated[
 ]
 Samples = Annotated[int | None, typer.Option("--samples", min=1, help="Number of samples; replaces the campaign's.")]
 Seed = Annotated[int | None, typer.Option("--seed", min=0, help="Seed; replaces the campaign's.")]
+Engine = Annotated[
+    Literal["auto", "llvm", "xla"] | None, typer.Option("--engine", help="What compiles the flights; replaces the campaign's.")
+]
 Campaign = Annotated[Path, typer.Argument(metavar="FILE", help="A campaign file.", autocompletion=_completion.campaigns)]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A run folder.", autocompletion=_completion.run_folders)]
 Dask = Annotated[
@@ -174,7 +177,9 @@ def _options(
     """Options without a command."""
 
 
-def overrides(sets: list[str] | None, samples: int | None = None, seed: int | None = None) -> list[str]:
-    """--samples and --seed as --set."""
-    numbers = [f"{name}={value}" for name, value in (("samples", samples), ("seed", seed)) if value is not None]
-    return [*(sets or ()), *numbers]
+def overrides(
+    sets: list[str] | None, samples: int | None = None, seed: int | None = None, engine: str | None = None
+) -> list[str]:
+    """--samples, --seed and --engine as --set."""
+    given = {"samples": samples, "seed": seed, "engine": engine}
+    return [*(sets or ()), *(f"{name}={value}" for name, value in given.items() if value is not None)]

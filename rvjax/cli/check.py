@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from rvjax.cli import _completion
-from rvjax.cli._app import Dask, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, overrides
+from rvjax.cli._app import Dask, Engine, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, overrides
 from rvjax.cli._ci_outputs import CiOutputs
 from rvjax.cli._fly_and_judge import fly_and_judge, judge
 from rvjax.cli._output import Output
@@ -28,6 +28,7 @@ def command(
     samples: Samples = None,
     seed: Seed = None,
     sets: Sets = None,
+    engine: Engine = None,
     dask: Dask = None,
     junit_xml: JunitXml = None,
     against: Annotated[
@@ -40,7 +41,7 @@ def command(
     quiet: Quiet = False,
 ) -> int:
     """Print verdicts and set the exit code; a FILE flies first."""
-    output, values = Output(as_json, quiet), overrides(sets, samples, seed)
+    output, values = Output(as_json, quiet), overrides(sets, samples, seed, engine)
     ci_outputs = CiOutputs(junit_xml, against, write_baseline)
     if not os.path.isdir(place):
         return fly_and_judge(place, out, values, output, ci_outputs, dask=dask, until_decided=True)

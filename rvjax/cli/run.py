@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rvjax.cli._app import Campaign, Dask, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, overrides
+from rvjax.cli._app import Campaign, Dask, Engine, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, overrides
 from rvjax.cli._ci_outputs import CiOutputs
 from rvjax.cli._fly_and_judge import fly_and_judge
 from rvjax.cli._output import Output
@@ -15,6 +15,7 @@ def command(
     samples: Samples = None,
     seed: Seed = None,
     sets: Sets = None,
+    engine: Engine = None,
     dask: Dask = None,
     junit_xml: JunitXml = None,
     as_json: Json = False,
@@ -22,4 +23,4 @@ def command(
 ) -> int:
     """Fly a campaign, write its report, print the verdicts. Resumes a folder."""
     output = Output(as_json, quiet)
-    return fly_and_judge(file, out, overrides(sets, samples, seed), output, CiOutputs(junit_xml), dask=dask)
+    return fly_and_judge(file, out, overrides(sets, samples, seed, engine), output, CiOutputs(junit_xml), dask=dask)

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rvjax.cli._app import Campaign, Json, Out, Quiet, Samples, Seed, Sets, overrides
+from rvjax.cli._app import Campaign, Engine, Json, Out, Quiet, Samples, Seed, Sets, overrides
 from rvjax.cli._output import Output
 from rvjax.cli._resuming import resumable
 
@@ -22,6 +22,7 @@ def command(
     samples: Samples = None,
     seed: Seed = None,
     sets: Sets = None,
+    engine: Engine = None,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -31,7 +32,7 @@ def command(
     atomic_files.check_folder(out or Path("reports"))
     from rvjax.search.tuning.tune import tune
 
-    output, values = Output(as_json, quiet), overrides(sets, samples, seed)
+    output, values = Output(as_json, quiet), overrides(sets, samples, seed, engine)
     with resumable(output, out) as on_open, output.progress() as on_progress:
         place, record = tune(
             file,

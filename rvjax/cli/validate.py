@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rvjax.cli import _completion
-from rvjax.cli._app import Json, Samples, Seed, Sets, overrides
+from rvjax.cli._app import Engine, Json, Samples, Seed, Sets, overrides
 from rvjax.cli._output import Output
 
 if TYPE_CHECKING:
@@ -25,12 +25,13 @@ def command(
     samples: Samples = None,
     seed: Seed = None,
     sets: Sets = None,
+    engine: Engine = None,
     audit: Annotated[bool, typer.Option("--audit", help="Prove with a few flights that every dispersion acts.")] = False,
     as_json: Json = False,
 ) -> int:
     """Check campaigns and estimate time and memory. Does not fly, except with --audit."""
     output = Output(as_json)
-    problems = _load(files, overrides(sets, samples, seed))
+    problems = _load(files, overrides(sets, samples, seed, engine))
     output.document({file: _describe(file, problem, audit, output) for file, problem in problems.items()})
     return 0
 
@@ -61,14 +62,18 @@ def _load(files: Sequence[Path], values: Sequence[str]) -> dict[str, Problem]:
 
 def _describe(file: str, problem: Problem, audit: bool, output: Output) -> dict[str, object]:
     """Prints the cost of a campaign, its warnings, its losses of single thrusters and its audit; returns them as a document."""
+    from rvjax.simulation import jax_config
     from rvjax.simulation.cautions import cautions
     from rvjax.simulation.cost import cost
+    from rvjax.simulation.engines.choice import choice_of
 
-    expected, losses = cost(problem), problem.spec.actuators.losses
-    output.text(f"{file}: {expected}")
+    jax_config.configure(problem.spec.precision)
+    expected, losses, choice = cost(problem), problem.spec.actuators.losses, choice_of(problem)
+    output.text(f"{file}: {expected}; engine {choice.engine.name}")
     doubtful = cautions(problem)
     output.warnings(doubtful)
-    document: dict[str, object] = {**vars(expected), "warnings": [vars(finding) for finding in doubtful]}
+    document: dict[str, object] = {**vars(expected), "engine": choice.engine.name, "engine_reason": choice.reason}
+    document["warnings"] = [vars(finding) for finding in doubtful]
     if problem.spec.tune is not None:
         from rvjax.search.tuning.tune import plan
 
@@ -94,10 +99,8 @@ def _grouped(losses: Sequence[Margin]) -> list[tuple[str, ...]]:
 def _audit(problem: Problem) -> Audit:
     """Proof that the dispersions of a campaign act."""
     from rvjax.execution.audit import prove, prove_baselines
-    from rvjax.simulation import jax_config
     from rvjax.simulation.batch import Flyer
 
-    jax_config.configure(problem.spec.precision)
     proof = prove(problem, Flyer.of(problem))
     prove_baselines(problem)
     return proof

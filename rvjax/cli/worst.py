@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rvjax.cli._app import Campaign, Json, Quiet, Seed, Sets, overrides
+from rvjax.cli._app import Campaign, Engine, Json, Quiet, Seed, Sets, overrides
 from rvjax.cli._output import Output
 from rvjax.errors import UsageError
 
@@ -41,6 +41,7 @@ def command(
     search_seed: Annotated[int, typer.Option("--search-seed", min=0, help="Seed of the search.")] = 0,
     seed: Seed = None,
     sets: Sets = None,
+    engine: Engine = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Folder for the campaign that replays the worst draws.")
     ] = None,
@@ -50,7 +51,7 @@ def command(
     """Search the draws for the smallest margin of a requirement."""
     from rvjax.search import worst_case, worst_case_export
 
-    output, values = Output(as_json, quiet), overrides(sets, None, seed)
+    output, values = Output(as_json, quiet), overrides(sets, None, seed, engine)
     if radius is not None and box is not None:
         raise UsageError("--radius and --box together; accepted: --radius or --box")
     search = worst_case.prepare(file, values, requirement, vary or ())

@@ -17,8 +17,22 @@ from rvjax.run_folder import RunFolder
 from rvjax.run_folder.journal import NAME as JOURNAL
 from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.simulation import jax_config
+from rvjax.simulation.engines.llvm.machine_code import host
 
-PACKAGES = ("jax", "jaxlib", "numpy", "scipy", "pandas", "pyarrow", "matplotlib", "pydantic", "ruamel.yaml", "typer", "rich")
+PACKAGES = (
+    "jax",
+    "jaxlib",
+    "llvmlite",
+    "numpy",
+    "scipy",
+    "pandas",
+    "pyarrow",
+    "matplotlib",
+    "pydantic",
+    "ruamel.yaml",
+    "typer",
+    "rich",
+)
 
 
 @dataclass(frozen=True)
@@ -46,6 +60,8 @@ def examine(folder: Path | None = None) -> Health:
         jax_config.configure()
     complaints += [str(warning.message) for warning in refused if issubclass(warning.category, jax_config.SettingsWarning)]
     facts |= jax_config.settings()
+    facts["engine llvm"], reason = _llvm()
+    complaints += [reason] if reason else []
     facts["devices"] = jax_config.devices()
     facts["terminal"] = "yes" if sys.stdout.isatty() else "no"
     if not os.access(Path.cwd(), os.W_OK):
@@ -61,6 +77,17 @@ def examine(folder: Path | None = None) -> Health:
             damaged = True
             complaints += str(error).splitlines()
     return Health(facts, complaints, 5 if damaged else 2 if complaints else 0)
+
+
+def _llvm() -> tuple[str, str]:
+    """(whether the engine `llvm` can fly here, what is wrong with it)."""
+    if jax_config.settings()["device"] != "cpu":
+        return "no, the device is no CPU", ""
+    try:
+        target = host()
+    except (ImportError, OSError, RuntimeError) as error:
+        return "no", f"llvmlite cannot be used ({error}); install it with pip"
+    return f"yes, {target.lanes} float64 numbers in a vector register ({target.cpu})", ""
 
 
 def _open(folder: Path, facts: dict[str, Any]) -> RunFolder:

@@ -12,17 +12,23 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import rvjax
 from rvjax.campaign.python_files import PythonFile
 from rvjax.components import installed_code
 from rvjax.components.registry import FAMILY_OF, members
 from rvjax.cores import cores
-from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.engines.choice import engine_of
 from rvjax.simulation.problem import Problem
 
-DECIDING = ("jax", "jaxlib", "numpy", "scipy")
-"""Packages whose version may change the last bits."""
+DRAWING = ("numpy", "scipy")
+"""Packages whose version may change the last bits of draws."""
+
+COMPILING = ("jax", "jaxlib")
+"""Packages whose version may change the last bits of flights with the engine `xla`. That of `llvm` hashes the whole program."""
 
 FLYING = (
     *("campaign", "physics", "simulation", "stats/random_streams.py"),
@@ -38,17 +44,20 @@ PLAN = "plan"
 
 
 def identity(problem: Problem) -> dict[str, Any]:
-    """Everything that decides the bits of a chunk, apart from its number. Needs a configured process; starts JAX."""
+    """Everything that decides the bits of a chunk, apart from its number. Needs a configured process; starts JAX and traces the
+    flight."""
+    engine = engine_of(problem)
+    packages = DRAWING if engine.name == "llvm" else (*COMPILING, *DRAWING)
     return {
         "campaign": problem.fingerprint,
         "seed": problem.spec.seed,
         "rvjax": rvjax.__version__,
         "code": source_digest(FLYING),
         "components": _foreign(problem),
-        "packages": {name: version(name) for name in DECIDING},
+        "packages": {name: version(name) for name in packages},
         **({} if problem.dispersions.extends else {PLAN: {"use": problem.spec.sampler.use, "samples": problem.spec.samples}}),
         "lanes": LANES,
-        **jax_config.settings(),
+        **engine.identity(Draws.of(problem, np.arange(1, dtype=np.int64))[1]),
     }
 
 

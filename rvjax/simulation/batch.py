@@ -1,4 +1,4 @@
-"""Many samples at once: the only module that knows of jit, vmap, devices and chunks.
+"""Many samples at once: chunks of lanes, flown by an engine.
 
 A chunk is a fixed number of lanes on a single device; each lane flies a sample. The same compiled program flies every chunk, and
 several threads fly chunks in parallel. The result of a chunk depends on its numbers only. The compiled functions advance a chunk
@@ -10,9 +10,8 @@ everything once per core (docs/performance.md).
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from concurrent.futures import CancelledError
 from functools import partial
 from itertools import pairwise
 from threading import Event, Lock
@@ -27,6 +26,9 @@ from rvjax.cores import cores
 from rvjax.physics.state import Step
 from rvjax.simulation import closed_loop, flight, jax_config
 from rvjax.simulation.closed_loop import Drawn, Loop
+from rvjax.simulation.engines.choice import engine_of
+from rvjax.simulation.engines.interface import Device, Engine
+from rvjax.simulation.engines.xla import compiled
 from rvjax.simulation.flight import Carry, EnvelopePoint
 
 if TYPE_CHECKING:
@@ -38,9 +40,6 @@ LANES = 416
 It fills whole vector registers. It is no power of two: such arrays would all begin in the same few sets of the L1 cache. More
 lanes fly up to 8 % faster, but the first chunk takes longer and cores idle at the end of a run; docs/performance.md.
 """
-
-Device = Any
-"""A device of JAX."""
 
 
 class Flown(NamedTuple):
@@ -55,85 +54,18 @@ class Flown(NamedTuple):
     steps: list[Step]
 
 
-class Programs(NamedTuple):
-    """The compiled functions of a flight, for a device, a number of lanes and a precision."""
-
-    begin: Callable[[Any], tuple[Drawn, Carry]]
-    advance: Callable[..., Any]
-    envelope_point: Callable[..., Any]
-    finish: Callable[..., Any]
-
-
-class Compiler:
-    """The functions of a flight, compiled once per device, number of lanes and precision. Several threads may share it."""
-
-    def __init__(self, loop: Loop, metrics: tuple[Metric, ...]) -> None:
-        evaluate = jax.jit(partial(closed_loop.evaluate, loop))  # traced once for the four stages of a step
-
-        begin = jax.vmap(partial(flight.begin, loop, metrics))
-
-        def unpacked(structure: Any, rows: Any) -> tuple[Drawn, Carry]:
-            numbers = jax.tree.unflatten(structure, list(rows))
-            return numbers, begin(numbers)
-
-        self._begin = jax.jit(unpacked, static_argnums=0)
-        self._advance = compiled(partial(flight.advance, evaluate, metrics), 0, 0, None, None, donate=(1,))
-        self._envelope_point = compiled(partial(flight.envelope_point, evaluate), 0, 0, None)
-        self._finish = compiled(partial(flight.finish, evaluate, metrics), 0, 0, None)
-        self.observe = compiled(partial(flight.observe, evaluate), 0, 0, None)
-        self._programs: dict[tuple[Any, ...], Programs] = {}
-        self._compiling = Lock()
-
-    def programs(self, device: Device, structure: Any, rows: Any) -> Programs:
-        """The programs of a device for these numbers. Other threads wait, so nothing is compiled twice. A program compiles in the
-        background while the next is traced."""
-        key = (device, structure, rows.shape, rows.dtype)
-        with self._compiling:
-            if key not in self._programs:
-                begin = self._begin.lower(structure, rows)
-                numbers, carry = jax.tree.map(
-                    lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype, sharding=rows.sharding), begin.out_info
-                )
-                with ThreadPoolExecutor(len(Programs._fields)) as threads:
-                    first = threads.submit(begin.compile)
-                    advance = threads.submit(self._advance.lower(numbers, carry, 0, 0).compile)
-                    point = threads.submit(self._envelope_point.lower(numbers, carry, 0).compile)
-                    finish = threads.submit(self._finish.lower(numbers, carry, 0).compile)
-                self._programs[key] = Programs(first.result(), advance.result(), point.result(), finish.result())
-            return self._programs[key]
-
-
-KEPT = 8
-"""Compilers that a process keeps: those used last."""
-
-_compilers: OrderedDict[str, Compiler] = OrderedDict()
-_choosing = Lock()
-
-
-def compiler_of(problem: Problem) -> Compiler:
-    """The compiler of a problem. Problems of the same structure share it, so a process that flies a campaign again with other
-    numbers does not trace and compile again."""
-    with _choosing:
-        if problem.structure not in _compilers:
-            _compilers[problem.structure] = Compiler(problem.loop, problem.metrics)
-        _compilers.move_to_end(problem.structure)
-        while len(_compilers) > KEPT:
-            _compilers.popitem(last=False)
-        return _compilers[problem.structure]
-
-
 class Flyer:
     """Flies chunks of the same structure. Several threads may use it at a time."""
 
-    def __init__(self, compiler: Compiler) -> None:
-        self._compiler = compiler
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
         self._stopped = Event()
         self._steps, self._counting = 0, Lock()
 
     @classmethod
     def of(cls, problem: Problem) -> Flyer:
-        """The flyer of a problem, with the compiler of its structure."""
-        return cls(compiler_of(problem))
+        """The flyer of a problem, with the engine of its structure."""
+        return cls(engine_of(problem))
 
     def fly(
         self,
@@ -151,28 +83,27 @@ class Flyer:
         with_envelope: keep the points of the envelopes. trace: positions of the samples whose observed steps are kept. device:
         the first by default. Raises CancelledError after `stop`.
         """
-        programs, numbers, carry = self._begun(drawn, device or devices()[0])
+        flying = self.engine.begin(drawn, device)
         envelope: list[EnvelopePoint] = []
         kept: list[Step] = []
-        observed = self._compiler.observe
         chosen = np.asarray(trace, dtype=np.int64)
 
         def observe(k: int) -> None:
             if with_envelope:
-                envelope.append(programs.envelope_point(numbers, carry, k))
+                envelope.append(flying.envelope_point(k))
             if len(chosen):
-                kept.append(jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], observed(numbers, carry, k)))
+                kept.append(jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], flying.observe(k)))
 
         for first in range(0, steps, every):
             if self._stopped.is_set():
                 raise CancelledError
             observe(first)
             last = min(first + every, steps)
-            carry = jax.block_until_ready(programs.advance(numbers, carry, first, last))
+            flying.advance(first, last)
             with self._counting:
                 self._steps += last - first
         observe(steps)
-        values, lost = programs.finish(numbers, carry, steps)
+        values, lost = flying.finish(steps)
         host = partial(np.asarray, dtype=np.float64)
         return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, envelope), kept)
 
@@ -184,18 +115,11 @@ class Flyer:
     def watch(self, drawn: Drawn, instants: Sequence[int], look: Callable[[Drawn, Carry], bool]) -> None:
         """Flies a chunk and calls look(numbers, carry) at these steps, with the numbers of the compiled program. It ends where
         `look` returns False."""
-        programs, numbers, carry = self._begun(drawn, devices()[0])
+        flying = self.engine.begin(drawn)
         for first, last in pairwise((0, *instants)):
-            carry = programs.advance(numbers, carry, first, last)
-            if not look(*jax.tree.map(np.asarray, (numbers, carry))):
+            flying.advance(first, last)
+            if not look(*flying.numbers_and_carry()):
                 break
-
-    def _begun(self, drawn: Drawn, device: Device) -> tuple[Programs, Drawn, Carry]:
-        """The programs of a device, and a chunk at t = 0."""
-        leaves, structure = jax.tree.flatten(drawn)
-        rows = jax.device_put(np.asarray(leaves, dtype=jax_config.precision()), device)  # a single transfer; 150 would take 6 ms
-        programs = self._compiler.programs(device, structure, rows)
-        return programs, *programs.begin(rows)
 
     def stop(self) -> None:
         """Ends all flights of this flyer soon, in all threads."""
@@ -230,15 +154,6 @@ class Tangents:
             rows = [jax.tree.map(lambda x, lanes=lanes: np.asarray(x, dtype=precision)[lanes], side) for side in (drawn, tangent)]
             slopes.append(np.asarray(self._along(*rows, steps)[1], dtype=np.float64)[: count - first])
         return np.concatenate(slopes)
-
-
-def compiled(function: Callable[..., Any], *axes: int | None, donate: tuple[int, ...] = ()) -> Any:
-    """The compiled function of many samples, from a function of a single sample.
-
-    axes: per argument, 0 if it has an entry per sample, None if all samples share it. donate: arguments whose memory the results
-    may reuse.
-    """
-    return jax.jit(jax.vmap(function, in_axes=axes), donate_argnums=donate)
 
 
 def devices() -> list[Device]:

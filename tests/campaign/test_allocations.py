@@ -18,8 +18,8 @@ from rvjax.components.manual import campaign_schema
 from rvjax.components.registry import component
 from rvjax.components.settings import setting
 from rvjax.execution.identity import identity
-from rvjax.simulation.batch import compiler_of
 from rvjax.simulation.cost import cost
+from rvjax.simulation.engines.choice import engine_of
 from rvjax.simulation.problem import load
 from tests.program import Run
 from tests.user_code.test_user_allocations import MINE, project
@@ -36,8 +36,8 @@ def test_a_name_alone_is_the_same_campaign(tmp_path: Path) -> None:
     other = load(project(tmp_path, "{use: pseudo-inverse, centre: 0.3}"))
     assert other.fingerprint != known[0].fingerprint
     assert other.structure != known[0].structure
-    assert compiler_of(other) is not compiler_of(known[0])
-    assert compiler_of(known[1]) is compiler_of(known[0])
+    assert engine_of(other) is not engine_of(known[0])
+    assert engine_of(known[1]) is engine_of(known[0])
     assert cost(load(project(tmp_path, "{use: bounded-least-squares}"))).seconds > cost(known[0]).seconds
 
 

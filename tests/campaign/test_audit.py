@@ -14,9 +14,10 @@ from rvjax.components.faults.interface import fault
 from rvjax.errors import AuditError, CampaignError
 from rvjax.execution.audit import audit, prove
 from rvjax.simulation import jax_config
-from rvjax.simulation.batch import LANES, Compiler, Flyer
+from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
+from rvjax.simulation.engines.llvm.engine import LlvmEngine
 from rvjax.simulation.problem import Problem, load
 from tests.program import Run
 from tests.short import CAMPAIGN, SHORT
@@ -129,7 +130,7 @@ def test_a_number_in_the_wrong_place_is_named(problem: Problem, flyer: Flyer) ->
 def test_a_component_that_does_not_look_at_its_numbers_is_named(problem: Problem) -> None:
     """The numbers are all there, in their place. Kills: an audit that reads the numbers alone."""
     deaf = fault(lambda u, since, memory, upper, numbers: u + 0.01 * upper)
-    flyer = Flyer(Compiler(problem.loop._replace(faults=(deaf, *problem.loop.faults[1:])), problem.metrics))
+    flyer = Flyer(LlvmEngine(problem.loop._replace(faults=(deaf, *problem.loop.faults[1:])), problem.metrics))
     found = audit(problem, flyer)
     assert not found.unlike
     assert list(found.idle) == [f"faults.bias.share.{channel}" for channel in ("fx", "fy", "fz", "tx", "ty", "tz")]

@@ -6,12 +6,22 @@ wrong words, files and exit codes.
 
 from __future__ import annotations
 
-from tests.mutants import command_table, data_table, elementary_table, flight_table, members_table, product_table, user_table
+from tests.mutants import (
+    command_table,
+    data_table,
+    elementary_table,
+    engine_table,
+    flight_table,
+    members_table,
+    product_table,
+    user_table,
+)
 from tests.mutants.mutant import Mutant
 
 MUTANTS: tuple[Mutant, ...] = (
     *flight_table.MUTANTS,
     *elementary_table.MUTANTS,
+    *engine_table.MUTANTS,
     *members_table.MUTANTS,
     *data_table.MUTANTS,
     *product_table.MUTANTS,

@@ -17,8 +17,9 @@ from rvjax.columns import CHANNELS
 from rvjax.components.disturbances import gravity_gradient
 from rvjax.physics.state import State
 from rvjax.simulation import jax_config, rk4
-from rvjax.simulation.batch import Compiler, Flown, Flyer
+from rvjax.simulation.batch import Flown, Flyer
 from rvjax.simulation.closed_loop import Drawn
+from rvjax.simulation.engines.llvm.engine import LlvmEngine
 from tests import flights
 from tests.flights import Recorder
 from tests.oracles.absolute import columns, deviation
@@ -104,7 +105,7 @@ def test_gravity_gradient_is_a_torque_alone() -> None:
 @pytest.fixture(scope="module")
 def flyer() -> Flyer:
     """A law with a state, with faults."""
-    return Flyer(Compiler(flights.loop(OBSERVER), flights.METRICS))
+    return Flyer(LlvmEngine(flights.loop(OBSERVER), flights.METRICS))
 
 
 @pytest.fixture(scope="module")

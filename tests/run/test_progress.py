@@ -196,7 +196,7 @@ def test_a_law_that_cannot_be_traced_leaves_no_folder(tmp_path: Path, monkeypatc
     def broken(*arguments: object) -> None:
         raise TypeError("not of this shape")
 
-    monkeypatch.setattr("rvjax.simulation.batch._compilers", OrderedDict())
+    monkeypatch.setattr("rvjax.simulation.engines.choice._choices", OrderedDict())
     monkeypatch.setattr("rvjax.components.controllers.pd_plus.respond", broken)
     with pytest.raises(TypeError, match="not of this shape"):
         run(CAMPAIGN, tmp_path / "new" / "run", ONE_CHUNK)

@@ -14,8 +14,9 @@ from rvjax.search.tuning import tune as tuning
 from rvjax.search.tuning.candidate_flights import Flights
 from rvjax.search.tuning.gradients import SMOOTH, Slopes
 from rvjax.search.tuning.space import Space
-from rvjax.simulation.batch import LANES, Compiler, Flyer
+from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.draws import Draws
+from rvjax.simulation.engines.llvm.engine import LlvmEngine
 from tests.tuning.short import write
 
 STEP = 1e-4
@@ -33,7 +34,7 @@ def smooth_at(space: Space, point: np.ndarray, metric: Metric, count: int, flyer
     exact = {"controller.gains.k_rho": k_rho, "controller.gains.k_nu": k_nu, "controller.gains.k_sigma": 0.2 * x}
     problem = space.load(exact)
     _, drawn = Draws.of(problem, np.arange(LANES))
-    flyers += [] if flyers else [Flyer(Compiler(problem.loop, (metric, *problem.metrics)))]
+    flyers += [] if flyers else [Flyer(LlvmEngine(problem.loop, (metric, *problem.metrics)))]
     flown = flyers[0].fly(drawn, problem.spec.horizon.steps, problem.spec.horizon.steps)
     return float(np.mean(flown.values[name][:count]))
 

@@ -23,9 +23,9 @@ from rvjax.errors import FolderError
 from rvjax.run_folder import RunFolder, tuning_record
 from rvjax.run_folder.tuning_record import Searched
 from rvjax.search.tuning import tune as tuning
-from rvjax.simulation import batch
 from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.draws import Draws
+from rvjax.simulation.engines import choice, xla
 from rvjax.simulation.problem import load
 from tests.program import Run
 from tests.tuning.short import write
@@ -56,8 +56,8 @@ def tuned(campaign: Path, tmp_path_factory: pytest.TempPathFactory, compiles: li
     """The undisturbed tuning; counts the programs that are compiled before it is confirmed."""
     with pytest.MonkeyPatch.context() as monkeypatch:
 
-        class Counted(batch.Programs):
-            def __new__(cls, *programs: Any) -> batch.Programs:
+        class Counted(xla.Programs):
+            def __new__(cls, *programs: Any) -> xla.Programs:
                 compiles.append(1)
                 return super().__new__(cls, *programs)
 
@@ -65,11 +65,11 @@ def tuned(campaign: Path, tmp_path_factory: pytest.TempPathFactory, compiles: li
             if line.startswith("confirming"):
                 compiles.append(-len(compiles))
 
-        monkeypatch.setattr(batch, "Programs", Counted)
-        fresh = OrderedDict[str, batch.Compiler]()
-        monkeypatch.setattr(batch, "_compilers", fresh)
+        monkeypatch.setattr(xla, "Programs", Counted)
+        fresh = OrderedDict[Any, choice.Choice]()
+        monkeypatch.setattr(choice, "_choices", fresh)
         made = tuning.tune(campaign, tmp_path_factory.mktemp("tuned") / "out", on_message=told)
-    batch._compilers.update(fresh)  # the other tests fly the same programs
+    choice._choices.update(fresh)  # the other tests fly the same programs
     return made
 
 

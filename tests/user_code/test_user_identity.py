@@ -17,7 +17,7 @@ from rvjax.execution.identity import identity
 from rvjax.execution.replay import replay
 from rvjax.execution.run import run
 from rvjax.run_folder import RunDescription, RunFolder
-from rvjax.simulation.batch import compiler_of
+from rvjax.simulation.engines.choice import engine_of
 from rvjax.simulation.problem import load
 from rvjax.testing import check_component
 from tests.program import Run
@@ -87,7 +87,7 @@ def test_an_edited_file_is_the_new_one_in_a_running_process(campaign: Path, name
     after = load(campaign)
     old, new = identity(before)["components"], identity(after)["components"]
     assert {file for file in old if old[file] != new[file]} == {name}
-    assert compiler_of(before) is not compiler_of(after)
+    assert engine_of(before) is not engine_of(after)
     assert before.fingerprint != after.fingerprint
 
 

@@ -148,7 +148,7 @@ def is_place(name: str) -> bool:
 
 
 ASIDE = (
-    *("audit", "baselines", "correlate", "description", "epistemic", "keep", "name", "precision", "require", "rvjax"),
+    *("audit", "baselines", "correlate", "description", "engine", "epistemic", "keep", "name", "precision", "require", "rvjax"),
     *("sampler", "tune"),
 )
 """Parts of a campaign that no flight of a candidate depends on, or that all candidates have in common."""

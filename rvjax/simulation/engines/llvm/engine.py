@@ -1,0 +1,195 @@
+"""Chunks in flight with machine code of LLVM."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from functools import partial
+from threading import Lock, RLock
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.typing import NDArray
+
+from rvjax.components.metrics.interface import Metric
+from rvjax.physics.state import Step
+from rvjax.simulation import closed_loop, flight, jax_config
+from rvjax.simulation.closed_loop import Drawn, Loop
+from rvjax.simulation.engines.interface import Device
+from rvjax.simulation.engines.llvm.from_jaxpr import scalarised
+from rvjax.simulation.engines.llvm.machine_code import Function, Target, blocks, host
+from rvjax.simulation.engines.llvm.program import Program
+from rvjax.simulation.engines.llvm.text import Kernel
+from rvjax.simulation.flight import Carry, EnvelopePoint
+
+EMITTER = 1
+"""Version of the way from a jaxpr to machine code: another number where a flight gets other bits."""
+
+FLIGHT = ("begin", "advance", "finish")
+"""The functions that every flight needs."""
+
+Rows = NDArray[Any]
+
+
+class Traced(NamedTuple):
+    """A function of a flight as a scalar program, and the tree of its results as shapes."""
+
+    program: Program
+    results: Any
+
+
+class Flight:
+    """The functions of a flight for a structure of the numbers and a precision: traced, scalarised and compiled when they are
+    first needed."""
+
+    def __init__(self, loop: Loop, metrics: tuple[Metric, ...], numbers: Drawn, target: Target) -> None:
+        """numbers: as shapes of a single sample."""
+        evaluate = jax.jit(partial(closed_loop.evaluate, loop))  # traced once for the four stages of a step
+        k = jax.ShapeDtypeStruct((), jnp.int32)
+        self.numbers, self.real = numbers, np.dtype(jax.tree.leaves(numbers)[0].dtype)
+        self.target, self.lanes = target, target.lanes * 8 // self.real.itemsize
+        self._functions: Mapping[str, tuple[Callable[..., Any], bool]] = {
+            "begin": (partial(flight.begin, loop, metrics), False),
+            "advance": (partial(flight.step, evaluate, metrics), True),
+            "envelope_point": (partial(flight.envelope_point, evaluate), True),
+            "observe": (partial(flight.observe, evaluate), True),
+            "finish": (partial(flight.finish, evaluate, metrics), True),
+        }
+        self._k = k
+        self._traced: dict[str, Traced] = {}
+        self._compiled: dict[str, Function] = {}
+        self._lock = RLock()
+
+    @property
+    def carry(self) -> Carry:
+        """The carry, as shapes of a single sample."""
+        return self.traced("begin").results
+
+    def traced(self, name: str) -> Traced:
+        """A function as a scalar program. Errors: UnsupportedError."""
+        with self._lock:
+            return self._trace(name)
+
+    def _trace(self, name: str) -> Traced:
+        if name not in self._traced:
+            function, stepped = self._functions[name]
+            given = (self.numbers, self.carry, self._k) if stepped else (self.numbers,)
+            self._traced[name] = Traced(*scalarised(function, *given, step=stepped))
+        return self._traced[name]
+
+    def function(self, name: str) -> Function:
+        """The machine code of a function."""
+        with self._lock:
+            if name not in self._compiled:
+                in_place = name in ("begin", "advance")
+                kernel = Kernel(
+                    self._trace(name).program,
+                    numbers=count(self.numbers),
+                    carry=0 if name == "begin" else count(self.carry),
+                    lanes=self.lanes,
+                    real=self.real,
+                    out=self.real if in_place else np.dtype(np.float64),
+                )
+                self._compiled[name] = Function(kernel, self.target)
+            return self._compiled[name]
+
+    def digest(self) -> str:
+        """SHA-256 of what its flights compute."""
+        programs = "".join(self.traced(name).program.digest() for name in FLIGHT)
+        return hashlib.sha256(f"{EMITTER} {programs}".encode()).hexdigest()[:16]
+
+
+class LlvmEngine:
+    """The functions of a flight as machine code, compiled once per structure of the numbers and precision."""
+
+    name = "llvm"
+
+    def __init__(self, loop: Loop, metrics: tuple[Metric, ...], target: Target | None = None) -> None:
+        """target: the processor; this one by default. It changes no bit."""
+        self._loop, self._metrics, self._target = loop, metrics, target
+        self._flights: dict[Any, Flight] = {}
+        self._making = Lock()
+
+    def flight(self, drawn: Drawn) -> Flight:
+        """The flight for numbers of this structure, in the precision of the process."""
+        structure, real = jax.tree.structure(drawn), np.dtype(jax_config.precision())
+        with self._making:
+            if (structure, real) not in self._flights:
+                shapes = jax.tree.map(lambda x: jax.ShapeDtypeStruct((), real), drawn)
+                self._flights[structure, real] = Flight(self._loop, self._metrics, shapes, self._target or host())
+            return self._flights[structure, real]
+
+    def identity(self, drawn: Drawn) -> Mapping[str, Any]:
+        """The precision and the digest of the program: nothing of the machine."""
+        return {"engine": self.name, "precision": jax_config.precision(), "program": self.flight(drawn).digest()}
+
+    def begin(self, drawn: Drawn, device: Device | None = None) -> LlvmChunk:
+        """A chunk at t = 0, on this processor."""
+        del device
+        return LlvmChunk(self.flight(drawn), drawn)
+
+
+class LlvmChunk:
+    """A chunk in memory: groups of lanes, each with its numbers and its carry side by side."""
+
+    def __init__(self, functions: Flight, drawn: Drawn) -> None:
+        self._flight, real = functions, functions.real
+        rows = np.asarray(jax.tree.leaves(drawn), dtype=real)
+        self._lanes, self._width = rows.shape[1], functions.lanes
+        self._groups = -(-self._lanes // self._width)
+        self._numbers = self._memory(functions.numbers, real)
+        whole = np.take(rows, np.arange(self._groups * self._width) % self._lanes, axis=1)
+        self._numbers[:] = whole.reshape(len(rows), self._groups, self._width).transpose(1, 0, 2)
+        self._carry = self._memory(functions.carry, real)
+        functions.function("begin")(self._groups, 0, 1, self._numbers, self._carry, self._carry)
+
+    def _memory(self, tree: Any, kind: Any) -> Rows:
+        return blocks(self._groups, count(tree), self._width, kind)
+
+    def advance(self, first: int, last: int) -> None:
+        """Flies from step `first` to step `last`."""
+        if first < last:
+            self._flight.function("advance")(self._groups, first, last, self._numbers, self._carry, self._carry)
+
+    def envelope_point(self, k: int) -> EnvelopePoint:
+        """The point of the envelopes at step k."""
+        return self._looked("envelope_point", k)
+
+    def observe(self, k: int) -> Step:
+        """All values at step k."""
+        return self._looked("observe", k)
+
+    def finish(self, k: int) -> tuple[Mapping[str, Any], Any]:
+        """The metrics, and the times of loss."""
+        return self._looked("finish", k)
+
+    def numbers_and_carry(self) -> tuple[Drawn, Carry]:
+        """The numbers that fly, and what passes to the next step."""
+        return self._tree(self._numbers, self._flight.numbers), self._tree(self._carry, self._flight.carry)
+
+    def _looked(self, name: str, k: int) -> Any:
+        results = self._flight.traced(name).results
+        out = self._memory(results, np.float64)
+        self._flight.function(name)(self._groups, k, k + 1, self._numbers, self._carry, out)
+        return self._tree(out, results)
+
+    def _tree(self, memory: Rows, shapes: Any) -> Any:
+        """The arrays over the lanes; a NaN has its usual bits."""
+        rows = memory.transpose(1, 0, 2).reshape(memory.shape[1], -1)[:, : self._lanes]
+        rows[np.isnan(rows)] = np.nan
+        leaves, structure = jax.tree.flatten(shapes)
+        arrays: list[Rows] = []
+        first = 0
+        for leaf in leaves:
+            size = count(leaf)
+            part = rows[first : first + size]
+            arrays.append(part[0] if leaf.shape == () else np.moveaxis(part.reshape(*leaf.shape, -1), -1, 0))
+            first += size
+        return jax.tree.unflatten(structure, arrays)
+
+
+def count(tree: Any) -> int:
+    """The numbers of a tree of shapes."""
+    return sum(int(np.prod(leaf.shape, dtype=np.int64)) for leaf in jax.tree.leaves(tree))

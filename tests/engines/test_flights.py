@@ -1,0 +1,155 @@
+"""Whole flights with the engine `llvm`: bit for bit those of an interpreter in NumPy, on every kind of processor."""
+
+from __future__ import annotations
+
+import ctypes
+import platform
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import jax
+import llvmlite.binding as llvm
+import numpy as np
+import pytest
+
+from rvjax.physics import elementary
+from rvjax.simulation import closed_loop, flight, jax_config
+from rvjax.simulation.draws import Draws
+from rvjax.simulation.engines.llvm.elementwise import ELEMENTARY
+from rvjax.simulation.engines.llvm.engine import LlvmEngine
+from rvjax.simulation.engines.llvm.machine_code import Target, host
+from rvjax.simulation.problem import Problem, load
+from tests.oracles.interpreter import Interpreted, interpreted
+
+FOLDER = Path(__file__).parents[2] / "campaigns"
+FIRST = ("docking-faulted.yaml", "navigation.yaml")
+"""Faults, adaptation and a differentiator; random numbers, memories and a sampled controller."""
+
+OTHERS = sorted({str(path.relative_to(FOLDER)) for path in FOLDER.rglob("*.yaml")} - {*FIRST})
+FUNCTIONS = {name: getattr(elementary, name) for name in ELEMENTARY}
+SAMPLES, STEPS = 12, 7
+
+AVX2 = "+avx2,+avx,+sse4.2,+fma,-avx512f"
+TARGETS = {
+    "AVX-512": Target("skylake-avx512", "", 8),
+    "AVX2": Target("haswell", AVX2, 4),
+    "SSE2": Target("x86-64", "", 2),
+    "16 lanes": Target("haswell", AVX2, 16),
+}
+"""Kinds of processors; each flies wherever the processor of the tests can."""
+
+
+def problem(name: str) -> Problem:
+    """A shipped campaign, in a process that is configured for it."""
+    found = load(FOLDER / name)
+    jax_config.configure(found.spec.precision)
+    return found
+
+
+def flown(found: Problem, drawn: Any, steps: int, target: Target | None = None) -> list[Any]:
+    """Everything that passes on after some steps, and everything that `finish` gives there."""
+    chunk = LlvmEngine(found.loop, found.metrics, target).begin(drawn)
+    chunk.advance(0, steps)
+    return [np.asarray(x) for x in jax.tree.leaves((chunk.numbers_and_carry()[1], chunk.finish(steps)))]
+
+
+def by_numpy(found: Problem, drawn: Any, steps: int) -> list[Any]:
+    """The same by the interpreter."""
+    evaluate = partial(closed_loop.evaluate, found.loop)
+    numbers = jax.tree.map(partial(np.asarray, dtype=found.spec.precision), drawn)
+    carry = interpreted(partial(flight.begin, found.loop, found.metrics), FUNCTIONS, numbers)
+    step, finish = (partial(function, evaluate, found.metrics) for function in (flight.step, flight.finish))
+    stepped = Interpreted(step, FUNCTIONS, numbers, carry, 0)
+    for k in range(steps):
+        carry = stepped(numbers, carry, k)
+    return jax.tree.leaves((carry, interpreted(finish, FUNCTIONS, numbers, carry, steps)))
+
+
+def same(ours: list[Any], theirs: list[Any]) -> bool:
+    """Equal bits; NaN where the other has NaN."""
+    pairs = [(np.asarray(a, np.float64), np.asarray(b, np.float64)) for a, b in zip(ours, theirs, strict=True)]
+    signs = all(np.array_equal(np.signbit(a[a == 0]), np.signbit(b[b == 0])) for a, b in pairs)
+    return signs and all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+
+
+@pytest.mark.parametrize("name", FIRST)
+def test_a_flight_is_that_of_the_interpreter(name: str) -> None:
+    """Every number after some steps. Kills: a wrong instruction, a contracted product, a sum in another order, a function of a C
+    library."""
+    found = problem(name)
+    _, drawn = Draws.of(found, np.arange(SAMPLES))
+    assert same(flown(found, drawn, STEPS), by_numpy(found, drawn, STEPS))
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_every_shipped_flight_is_that_of_the_interpreter(name: str) -> None:
+    """The same in the other shipped campaigns."""
+    test_a_flight_is_that_of_the_interpreter(name)
+
+
+@pytest.mark.parametrize("kind", TARGETS)
+@pytest.mark.parametrize("name", FIRST)
+def test_the_processor_changes_no_bit(name: str, kind: str) -> None:
+    """A second of flight with the instructions of several processors and 2, 4, 8 and 16 lanes. Kills: fused multiplication and
+    addition where a processor has it, results that depend on the group of a lane."""
+    if kind == "AVX-512" and not llvm.get_host_cpu_features().get("avx512f"):
+        pytest.skip("this processor has no AVX-512")
+    found = problem(name)
+    _, drawn = Draws.of(found, np.arange(37))
+    steps = 60
+    assert same(flown(found, drawn, steps), flown(found, drawn, steps, TARGETS[kind]))
+
+
+@pytest.mark.parametrize("kind", TARGETS)
+@pytest.mark.parametrize("name", OTHERS)
+def test_the_processor_changes_no_bit_of_any_shipped_flight(name: str, kind: str) -> None:
+    """The same in the other shipped campaigns."""
+    test_the_processor_changes_no_bit(name, kind)
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="the registers are those of x86")
+def test_the_mode_of_the_thread_changes_no_bit() -> None:
+    """A thread that rounds towards zero and takes subnormal numbers for 0 flies the same bits, and keeps its mode. Kills: a
+    flight that trusts the mode of its thread."""
+    found = problem("quickstart.yaml")
+    _, drawn = Draws.of(found, np.arange(8))
+    engine = LlvmEngine(found.loop, found.metrics)
+    usual = engine.begin(drawn)
+    usual.advance(0, 20)
+    set_mode, get_mode = _modes()
+    before = get_mode()
+    chunk = engine.begin(drawn)
+    set_mode(0x1F80 | 0x8040 | 0x6000)
+    try:
+        chunk.advance(0, 20)
+        kept = get_mode()
+    finally:
+        set_mode(before)
+    assert kept & 0xFFC0 == 0xFFC0
+    assert same(*(jax.tree.leaves(flying.numbers_and_carry()[1]) for flying in (usual, chunk)))
+
+
+def _modes() -> tuple[Any, Any]:
+    """(sets the floating-point mode of the thread, gives it), by machine code."""
+    text = """
+    declare void @llvm.x86.sse.ldmxcsr(ptr)
+    declare void @llvm.x86.sse.stmxcsr(ptr)
+    define void @set(i32 %x) { %p = alloca i32
+      store i32 %x, ptr %p
+      call void @llvm.x86.sse.ldmxcsr(ptr %p)
+      ret void }
+    define i32 @get() { %p = alloca i32
+      call void @llvm.x86.sse.stmxcsr(ptr %p)
+      %x = load i32, ptr %p
+      ret i32 %x }
+    """
+    host()
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), llvm.Target.from_default_triple().create_target_machine())
+    engine.finalize_object()
+    _KEPT.append(engine)
+    setter = ctypes.CFUNCTYPE(None, ctypes.c_uint32)(engine.get_function_address("set"))
+    return setter, ctypes.CFUNCTYPE(ctypes.c_uint32)(engine.get_function_address("get"))
+
+
+_KEPT: list[Any] = []

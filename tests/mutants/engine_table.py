@@ -1,0 +1,55 @@
+"""Mistakes in the engines: primitives, arrays, loops, machine code, and which engine flies."""
+
+from __future__ import annotations
+
+from tests.mutants.mutant import Mutant
+
+ROWS = "simulation/engines/llvm/elementwise.py"
+ARRAYS = "simulation/engines/llvm/arrays.py"
+CONTROL = "simulation/engines/llvm/control.py"
+PROGRAM = "simulation/engines/llvm/program.py"
+TEXT = "simulation/engines/llvm/text.py"
+STRUCTURES = "simulation/engines/llvm/structures.py"
+INSTRUCTIONS = "simulation/engines/llvm/instructions.py"
+MACHINE = "simulation/engines/llvm/machine_code.py"
+ENGINE = "simulation/engines/llvm/engine.py"
+ROW = "engines/test_primitives.py::test_a_row_is_that_of_numpy_and_jax"
+MOVES = "engines/test_arrays.py::test_moved_numbers_are_those_of_jax"
+SUMS = "engines/test_arrays.py::test_sums_are_those_of_jax_to_rounding"
+TURN = "engines/test_arrays.py::test_sums_take_their_terms_in_turn"
+
+INTERPRETED = "engines/test_flights.py::test_a_flight_is_that_of_the_interpreter"
+MODE = "engines/test_flights.py::test_the_mode_of_the_thread_changes_no_bit"
+
+MUTANTS = (
+    Mutant("a maximum that hides NaN", ROWS, 'to.emit("fcmp uno", BOOL, first, first), first, best)', 'to.emit("fcmp uno", BOOL, first, first), best, best)', ROW),
+    Mutant("a minimum for a maximum", ROWS, '"max": extreme("ogt", "?gt", "or")', '"max": extreme("olt", "?lt", "and")', ROW),
+    Mutant("the sign of zero is 1", ROWS, 'apply(to, "gt", BOOL, x, zero), one', 'apply(to, "ge", BOOL, x, zero), one', ROW),
+    Mutant("powers from the highest bit", ROWS, "        left >>= 1\n", "        left >>= 2\n", ROW),
+    Mutant("halves to the even neighbour everywhere", ROWS, '"rint" if even else "round"', '"rint"', ROW),
+    Mutant("a shift by the width", ROWS, "number is not None and 0 <= int(number) < width", "number is not None", ROW),
+    Mutant("unsigned numbers are signed", ROWS, '"s" if kind.kind == "i" else "u")', '"s")', ROW),
+    Mutant("an integer division by zero", ROWS, 'return to.emit("select", kind, none, by_zero, result)', "return result", ROW),
+    Mutant("infinity is finite", ROWS, 'to.emit("fcmp olt", kind, to.emit("fabs"', 'to.emit("fcmp ole", kind, to.emit("fabs"', ROW),
+    Mutant("a select with its cases exchanged", ROWS, "which, cases[1], cases[0])", "which, cases[0], cases[1])", ROW),
+    Mutant("NaN is not equal to a number that is less", ROWS, '"ne": compare("une", "ne")', '"ne": compare("one", "ne")', ROW),
+    Mutant("a total order that ends at zero", ROWS, 'below = to.emit("ashr", whole, bits', 'below = to.emit("lshr", whole, bits', ROW),
+    Mutant("a slice without its steps", ARRAYS, "slice(*ends) for ends in zip(params[\"start_indices\"], params[\"limit_indices\"], steps", "slice(*ends) for ends in zip(params[\"start_indices\"], params[\"limit_indices\"], (1,) * x.ndim", MOVES),
+    Mutant("an index outside is not moved", ARRAYS, 'inside = apply(to, "clamp", kind, to.constant(0, kind), wide, to.constant(most, kind))', "inside = wide", MOVES),
+    Mutant("a filling that is the nearest entry", ARRAYS, "result[index] = value if not _fills(params)", "result[index] = value if True", MOVES),
+    Mutant("the last of equal extremes", ARRAYS, 'better = apply(to, name, BOOL, value, best)\n', 'better = apply(to, {"gt": "ge", "lt": "le"}[name], BOOL, value, best)\n', "engines/test_arrays.py::test_the_first_of_equal_extremes_is_found"),
+    Mutant("terms from the last to the first", ARRAYS, "    for term in terms[1:]:", "    for term in terms[:0:-1]:", TURN),
+    Mutant("rows of a loop in the wrong order", CONTROL, "for i in reversed(range(length)) if params[\"reverse\"] else range(length):", "for i in range(length):", MOVES),
+    Mutant("a loop without its last iteration", STRUCTURES, "icmp slt i32 {following}, {operation.detail}", "icmp slt i32 {following}, {operation.detail - 1}", "engines/test_arrays.py::test_a_short_loop_is_unrolled"),
+    Mutant("a loop that ends with the first lane", STRUCTURES, "llvm.vector.reduce.or.", "llvm.vector.reduce.and.", SUMS),
+    Mutant("a lane that goes on after its end", CONTROL, 'results = [to.emit("select", kind, goes, new, old) for kind, new, old in rows]', "results = [new for _, new, _ in rows]", SUMS),
+    Mutant("a table that is read in the first lane", STRUCTURES, "{writer.name(index)}, i32 {lane}\")", "{writer.name(index)}, i32 0\")", MOVES),
+    Mutant("both sides of every choice", CONTROL, "if not to.program.uniform[first]:", "if True:", "engines/test_arrays.py::test_what_is_the_same_in_all_lanes_is_a_branch"),
+    Mutant("constants folded in another type", PROGRAM, "return self.constant(FOLDED[code](*numbers), kind)", "return self.constant(FOLDED[code](*map(np.float32, numbers)) if kind.kind == \"f\" else FOLDED[code](*numbers), kind)", INTERPRETED),
+    Mutant("products and sums are contracted", INSTRUCTIONS, "{code} {vector} {', '.join(texts)}", "{code}{' contract' if code[0] == 'f' and code[:4] != 'fcmp' else ''} {vector} {', '.join(texts)}", INTERPRETED),
+    Mutant("a flight in the mode of its thread", TEXT, '"  call void @llvm.x86.sse.ldmxcsr(ptr %wanted)",', "", MODE),
+    Mutant("a mode that is not put back", TEXT, '("  call void @llvm.x86.sse.ldmxcsr(ptr %mode)",),', "(),", MODE),
+    Mutant("code and constants apart", MACHINE, "use_jit_link=True", "use_jit_link=False", "engines/test_memory.py::test_code_and_constants_lie_together"),
+    Mutant("lanes of another group", ENGINE, ".reshape(len(rows), self._groups, self._width).transpose(1, 0, 2)", ".reshape(len(rows), self._width, self._groups).transpose(2, 0, 1)", INTERPRETED),
+    Mutant("a program compiled for each chunk", ENGINE, "            if name not in self._compiled:\n", "            if True:\n", "run/test_compiling.py::test_machine_code_is_made_once"),
+)  # fmt: skip
