@@ -197,7 +197,8 @@ def numbers(kind: str, real: str) -> Array:
     digits = 24 if real == "float32" else 31
     top = 2**digits
     if kind == "n":
-        return np.array([0, 1, 2, 2**31 % top, top - 1, *chance.integers(0, top, 12)]).astype(dtype)
+        top = 2**32 if real == "float64" else top
+        return np.array([0, 1, 2, top // 2, top - 1, *chance.integers(0, top, 12)]).astype(dtype)
     return np.array([0, 1, -1, 2, 7, -8, top - 1, 1 - top, *chance.integers(-top, top, 12), *chance.integers(-9, 9, 6)]).astype(
         dtype
     )
