@@ -10,7 +10,7 @@ import numpy as np
 
 from rvjax.simulation.engines.llvm.engine import count
 from rvjax.simulation.engines.llvm.from_jaxpr import scalarised
-from rvjax.simulation.engines.llvm.machine_code import Function, Target, blocks
+from rvjax.simulation.engines.llvm.machine_code import Function, Target, blocks, packed, unpacked
 from rvjax.simulation.engines.llvm.text import Kernel
 
 Array = np.ndarray[Any, Any]
@@ -24,12 +24,15 @@ def machine(function: Callable[..., Any], *arrays: Array, lanes: int = 8, target
     results = jax.tree.leaves(tree)
     kernel = Kernel(program, count(shapes), 0, lanes, real, np.dtype(np.float64))
     samples = len(arrays[0])
-    groups = -(-samples // lanes)
-    rows = np.concatenate([x.reshape(samples, -1).T for x in arrays])
-    given, out = blocks(groups, len(rows), lanes, real), blocks(groups, count(results), lanes, np.float64)
-    whole = np.take(rows, np.arange(groups * lanes) % samples, axis=1)
-    given[:] = whole.reshape(len(rows), groups, lanes).transpose(1, 0, 2)
-    Function(kernel, target)(groups, 0, 1, given, given, out)
-    flat = out.transpose(1, 0, 2).reshape(count(results), -1)[:, :samples]
+    given = packed(np.concatenate([x.reshape(samples, -1).T for x in arrays]), lanes)
+    out = blocks(len(given), count(results), lanes, np.float64)
+    Function(kernel, target)(len(given), 0, 1, given, given, out)
+    flat = unpacked(out, samples)
     ends = np.cumsum([count(x) for x in results])[:-1]
     return [part.T.reshape(samples, *x.shape) for part, x in zip(np.split(flat, ends), results, strict=True)]
+
+
+def same(ours: Any, theirs: Any) -> bool:
+    """Equal numbers with the same sign of zero; NaN in the same places."""
+    a, b = np.asarray(ours, np.float64), np.asarray(theirs, np.float64)
+    return bool(np.array_equal(a, b, equal_nan=True) and np.array_equal(np.signbit(a[a == 0]), np.signbit(b[b == 0])))

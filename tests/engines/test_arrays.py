@@ -50,6 +50,7 @@ MOVES: dict[str, Function] = {
     "gather outside": lambda a, b: b.at[integer(b[0])].get(mode="fill"),
     "gather rows": lambda a, b: a[jnp.array([2, 0]), jnp.array([1, 1])],
     "gather from constants": lambda a, b: jnp.arange(50.0)[jnp.clip(integer(b[0]) + 20, 0, 49)],
+    "gather of truth values": lambda a, b: (jnp.arange(50) % 3 == 0)[jnp.clip(integer(b[0]) + 20, 0, 49)],
     "gather from many": lambda a, b: jnp.concatenate([a.reshape(9)] * 3)[jnp.clip(integer(b[2]) + 9, 0, 26)],
     "scatter": lambda a, b: a.at[1, 2].set(b[0]).at[integer(b[1]), 0].set(5.0, mode="drop"),
     "scatter add": lambda a, b: a.at[integer(b[1])].add(b),

@@ -20,6 +20,7 @@ from rvjax.simulation.engines.llvm.elementwise import ELEMENTARY
 from rvjax.simulation.engines.llvm.engine import LlvmEngine
 from rvjax.simulation.engines.llvm.machine_code import Target, host
 from rvjax.simulation.problem import Problem, load
+from tests.engines.machine import same
 from tests.oracles.interpreter import Interpreted, interpreted
 
 FOLDER = Path(__file__).parents[2] / "campaigns"
@@ -66,11 +67,9 @@ def by_numpy(found: Problem, drawn: Any, steps: int) -> list[Any]:
     return jax.tree.leaves((carry, interpreted(finish, FUNCTIONS, numbers, carry, steps)))
 
 
-def same(ours: list[Any], theirs: list[Any]) -> bool:
-    """Equal bits; NaN where the other has NaN."""
-    pairs = [(np.asarray(a, np.float64), np.asarray(b, np.float64)) for a, b in zip(ours, theirs, strict=True)]
-    signs = all(np.array_equal(np.signbit(a[a == 0]), np.signbit(b[b == 0])) for a, b in pairs)
-    return signs and all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+def same_all(ours: list[Any], theirs: list[Any]) -> bool:
+    """Equal bits in every number; NaN where the other has NaN."""
+    return all(same(a, b) for a, b in zip(ours, theirs, strict=True))
 
 
 @pytest.mark.parametrize("name", FIRST)
@@ -79,7 +78,7 @@ def test_a_flight_is_that_of_the_interpreter(name: str) -> None:
     library."""
     found = problem(name)
     _, drawn = Draws.of(found, np.arange(SAMPLES))
-    assert same(flown(found, drawn, STEPS), by_numpy(found, drawn, STEPS))
+    assert same_all(flown(found, drawn, STEPS), by_numpy(found, drawn, STEPS))
 
 
 @pytest.mark.parametrize("name", OTHERS)
@@ -98,7 +97,7 @@ def test_the_processor_changes_no_bit(name: str, kind: str) -> None:
     found = problem(name)
     _, drawn = Draws.of(found, np.arange(37))
     steps = 60
-    assert same(flown(found, drawn, steps), flown(found, drawn, steps, TARGETS[kind]))
+    assert same_all(flown(found, drawn, steps), flown(found, drawn, steps, TARGETS[kind]))
 
 
 @pytest.mark.parametrize("kind", TARGETS)
@@ -127,7 +126,7 @@ def test_the_mode_of_the_thread_changes_no_bit() -> None:
     finally:
         set_mode(before)
     assert kept & 0xFFC0 == 0xFFC0
-    assert same(*(jax.tree.leaves(flying.numbers_and_carry()[1]) for flying in (usual, chunk)))
+    assert same_all(*(jax.tree.leaves(flying.numbers_and_carry()[1]) for flying in (usual, chunk)))
 
 
 def _modes() -> tuple[Any, Any]:

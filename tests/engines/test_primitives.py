@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from rvjax.simulation.engines.llvm.elementwise import ROWS
-from tests.engines.machine import Array, machine
+from tests.engines.machine import Array, machine, same
 
 lax = jax.lax
 EVEN, AWAY = lax.RoundingMethod.TO_NEAREST_EVEN, lax.RoundingMethod.AWAY_FROM_ZERO
@@ -208,12 +208,6 @@ def operands(case: Case, real: str) -> list[Array]:
     """Every pair of numbers, or every number."""
     columns = zip(*product(*(numbers(kind, real) for kind in case.operands)), strict=True)
     return [np.array(column, dtype=real) for column in columns]
-
-
-def same(a: Array, b: Array) -> bool:
-    """Equal numbers with the same sign of zero; NaN in the same places."""
-    a, b = np.asarray(a, np.float64), np.asarray(b, np.float64)
-    return bool(np.array_equal(a, b, equal_nan=True) and np.array_equal(np.signbit(a[a == 0]), np.signbit(b[b == 0])))
 
 
 def by_jax(function: Callable[..., Any], *given: Array) -> list[Array]:

@@ -11,6 +11,7 @@ PROGRAM = "simulation/engines/llvm/program.py"
 TEXT = "simulation/engines/llvm/text.py"
 STRUCTURES = "simulation/engines/llvm/structures.py"
 INSTRUCTIONS = "simulation/engines/llvm/instructions.py"
+MACHINE = "simulation/engines/llvm/machine_code.py"
 ENGINE = "simulation/engines/llvm/engine.py"
 ROW = "engines/test_primitives.py::test_a_row_is_that_of_numpy_and_jax"
 MOVES = "engines/test_arrays.py::test_moved_numbers_are_those_of_jax"
@@ -48,6 +49,6 @@ MUTANTS = (
     Mutant("products and sums are contracted", INSTRUCTIONS, "{code} {vector} {', '.join(texts)}", "{code}{' contract' if code[0] == 'f' and code[:4] != 'fcmp' else ''} {vector} {', '.join(texts)}", INTERPRETED),
     Mutant("a flight in the mode of its thread", TEXT, '"  call void @llvm.x86.sse.ldmxcsr(ptr %wanted)",', "", MODE),
     Mutant("a mode that is not put back", TEXT, '("  call void @llvm.x86.sse.ldmxcsr(ptr %mode)",),', "(),", MODE),
-    Mutant("lanes of another group", ENGINE, ".reshape(len(rows), self._groups, self._width).transpose(1, 0, 2)", ".reshape(len(rows), self._width, self._groups).transpose(2, 0, 1)", INTERPRETED),
+    Mutant("lanes of another group", MACHINE, "whole.reshape(leaves, groups, lanes).transpose(1, 0, 2)", "whole.reshape(leaves, lanes, groups).transpose(2, 0, 1)", INTERPRETED),
     Mutant("a program compiled for each chunk", ENGINE, "            if name not in self._compiled:\n", "            if True:\n", "run/test_compiling.py::test_machine_code_is_made_once"),
 )  # fmt: skip

@@ -6,7 +6,7 @@ import os
 import platform
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -58,27 +58,25 @@ def digits() -> Any:
         yield
 
 
-def check_two(name: str, kind: type[np.floating[Any]], count: int) -> None:
-    """The same of a function of two arguments."""
-    x, y = pairs(name, kind, count)
-    found = evaluate(getattr(elementary, name), x, y)
-    assert found.dtype == kind
-    exact = [TWO[name](mpmath.mpf(float(a)), mpmath.mpf(float(b))) for a, b in zip(x, y, strict=True)]
-    error = errors(found, exact)
-    i = np.argmax(error)
-    assert error[i] <= 2.0, f"{name}: {error[i]:.3g} units in the last place at {float(x[i])!r}, {float(y[i])!r}"
-    print(f"{name} {kind.__name__} {error[i]:.2f}")
-
-
 def check(name: str, kind: type[np.floating[Any]], count: int) -> None:
-    """The function is within two units in the last place at `count` numbers of each set of arguments."""
-    truth = TRUTHS[name]
-    x = arguments(truth, kind, count)
-    found = evaluate(getattr(elementary, name), x)
+    """The function is within two units in the last place at `count` numbers, or pairs, of each set of arguments."""
+    given = pairs(name, kind, count) if name in TWO else (arguments(TRUTHS[name], kind, count),)
+    exact = TWO[name] if name in TWO else TRUTHS[name].exact
+    found = evaluate(getattr(elementary, name), *given)
     assert found.dtype == kind
-    error = errors(found, [truth.exact(mpmath.mpf(float(value))) for value in x])
-    assert error.max() <= 2.0, f"{name}: {error.max():.3g} units in the last place at {float(x[np.argmax(error)])!r}"
+    error = errors(found, [exact(*(mpmath.mpf(float(x)) for x in row)) for row in zip(*given, strict=True)])
+    worst = [float(x[np.argmax(error)]) for x in given]
+    assert error.max() <= 2.0, f"{name}: {error.max():.3g} units in the last place at {worst}"
     print(f"{name} {kind.__name__} {error.max():.2f}")
+
+
+def check_special(name: str, kind: type[np.floating[Any]], rows: Sequence[Sequence[float]]) -> None:
+    """Arguments and result, the sign of zero included. rows: (argument, …, result)."""
+    *given, wanted = (np.array(column, dtype=kind) for column in zip(*rows, strict=True))
+    found = evaluate(getattr(elementary, name), *given)
+    np.testing.assert_array_equal(found, wanted)
+    numbers = ~np.isnan(wanted)
+    np.testing.assert_array_equal(np.signbit(found[numbers]), np.signbit(wanted[numbers]))
 
 
 @each_kind
@@ -99,26 +97,21 @@ def test_every_digit_is_there_at_many_numbers(name: str, kind: type[np.floating[
 @each_two
 def test_every_digit_of_two_arguments_is_there(name: str, kind: type[np.floating[Any]]) -> None:
     """Within 2 units in the last place. Kills a lost rest of the logarithm, a wrong octant."""
-    check_two(name, kind, 250)
+    check(name, kind, 250)
 
 
 @each_kind
 @each_two
 def test_every_digit_of_two_arguments_is_there_at_many_numbers(name: str, kind: type[np.floating[Any]]) -> None:
     """The same at 20000 pairs of each set."""
-    check_two(name, kind, 20000)
+    check(name, kind, 20000)
 
 
 @each_kind
 @each_two
 def test_special_pairs(name: str, kind: type[np.floating[Any]]) -> None:
     """NaN, ±∞ and ±0 as C99 has them. Kills a lost sign of zero, a wrong octant, a number for NaN."""
-    rows = [(x, y, z) for function, x, y, z in SPECIAL_PAIRS if function == name]
-    x, y, wanted = (np.array(column, dtype=kind) for column in zip(*rows, strict=True))
-    found = evaluate(getattr(elementary, name), x, y)
-    np.testing.assert_array_equal(found, wanted)
-    numbers = ~np.isnan(wanted)
-    np.testing.assert_array_equal(np.signbit(found[numbers]), np.signbit(wanted[numbers]))
+    check_special(name, kind, [row for function, *row in SPECIAL_PAIRS if function == name])
 
 
 @each_two
@@ -160,12 +153,7 @@ def test_whole_powers_are_those_of_lax(kind: type[np.floating[Any]]) -> None:
 @each_name
 def test_special_values(name: str, kind: type[np.floating[Any]]) -> None:
     """NaN, ±∞ and ±0 as C99 has them. Kills a lost sign of zero, a finite number for ∞, a number for NaN."""
-    rows = [(x, y) for function, x, y in SPECIAL_VALUES if function == name] + [(np.nan, np.nan)]
-    x, wanted = (np.array(column, dtype=kind) for column in zip(*rows, strict=True))
-    found = evaluate(getattr(elementary, name), x)
-    np.testing.assert_array_equal(found, wanted)
-    numbers = ~np.isnan(wanted)
-    np.testing.assert_array_equal(np.signbit(found[numbers]), np.signbit(wanted[numbers]))
+    check_special(name, kind, [*(row for function, *row in SPECIAL_VALUES if function == name), (np.nan, np.nan)])
     payload = np.array([np.nan], kind).view(np.int64 if kind is np.float64 else np.int32) + 12345
     assert np.isnan(evaluate(getattr(elementary, name), payload.view(kind))).all()
 

@@ -19,7 +19,8 @@ MEMBERS = {
 
 def sampling_design_of(spec: Spec) -> SamplingDesign:
     """The sampling design of a campaign: whether its samples are independent, and so whether verdicts are possible. A sampler in
-    a user's file explores: nothing proves its independence, and whoever reads a run does not execute its code."""
+    a user's file counts as an exploration: nobody has proved that its samples are independent, and judging a run does not execute
+    its code."""
     if isinstance(spec.sampler.use, PythonFile):
         return Exploration()
     return component("samplers", spec.sampler.use).design

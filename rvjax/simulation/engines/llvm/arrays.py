@@ -18,6 +18,7 @@ from rvjax.simulation.engines.llvm.elementwise import apply
 from rvjax.simulation.engines.llvm.program import BOOL, INT32, Builder, Type, UnsupportedError, Value
 
 Values = NDArray[np.int64]
+"""The values of an array, in its shape."""
 
 Row = Callable[[Builder, Mapping[str, Any], Sequence[Any], list[Values]], Sequence[Values]]
 """(builder, parameters of the primitive, types of the results, operands) → results."""

@@ -6,20 +6,14 @@ unrolled if it is short. In other loops every lane goes on as long as its condit
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rvjax.simulation.engines.llvm.arrays import lookup
+from rvjax.simulation.engines.llvm.arrays import Row, Values, lookup
 from rvjax.simulation.engines.llvm.elementwise import apply
 from rvjax.simulation.engines.llvm.program import BOOL, INT32, Builder, Region, UnsupportedError, Value
-
-Values = NDArray[np.int64]
-
-Row = Callable[[Builder, Mapping[str, Any], Sequence[Any], list[Values]], Sequence[Values]]
-"""(builder, parameters of the primitive, types of the results, operands) → results."""
 
 UNROLLED = 4000
 """Most equations of a loop that is unrolled."""

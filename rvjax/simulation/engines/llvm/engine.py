@@ -19,7 +19,7 @@ from rvjax.simulation import closed_loop, flight, jax_config
 from rvjax.simulation.closed_loop import Drawn, Loop
 from rvjax.simulation.engines.interface import Device
 from rvjax.simulation.engines.llvm.from_jaxpr import scalarised
-from rvjax.simulation.engines.llvm.machine_code import Function, Target, blocks, host
+from rvjax.simulation.engines.llvm.machine_code import Function, Target, blocks, host, packed, unpacked
 from rvjax.simulation.engines.llvm.program import Program
 from rvjax.simulation.engines.llvm.text import Kernel
 from rvjax.simulation.flight import Carry, EnvelopePoint
@@ -47,7 +47,6 @@ class Flight:
     def __init__(self, loop: Loop, metrics: tuple[Metric, ...], numbers: Drawn, target: Target) -> None:
         """numbers: as shapes of a single sample."""
         evaluate = jax.jit(partial(closed_loop.evaluate, loop))  # traced once for the four stages of a step
-        k = jax.ShapeDtypeStruct((), jnp.int32)
         self.numbers, self.real = numbers, np.dtype(jax.tree.leaves(numbers)[0].dtype)
         self.target, self.lanes = target, target.lanes * 8 // self.real.itemsize
         self._functions: Mapping[str, tuple[Callable[..., Any], bool]] = {
@@ -57,7 +56,7 @@ class Flight:
             "observe": (partial(flight.observe, evaluate), True),
             "finish": (partial(flight.finish, evaluate, metrics), True),
         }
-        self._k = k
+        self._k = jax.ShapeDtypeStruct((), jnp.int32)
         self._traced: dict[str, Traced] = {}
         self._compiled: dict[str, Function] = {}
         self._lock = RLock()
@@ -70,14 +69,11 @@ class Flight:
     def traced(self, name: str) -> Traced:
         """A function as a scalar program. Errors: UnsupportedError."""
         with self._lock:
-            return self._trace(name)
-
-    def _trace(self, name: str) -> Traced:
-        if name not in self._traced:
-            function, stepped = self._functions[name]
-            given = (self.numbers, self.carry, self._k) if stepped else (self.numbers,)
-            self._traced[name] = Traced(*scalarised(function, *given, step=stepped))
-        return self._traced[name]
+            if name not in self._traced:
+                function, stepped = self._functions[name]
+                given = (self.numbers, self.carry, self._k) if stepped else (self.numbers,)
+                self._traced[name] = Traced(*scalarised(function, *given, step=stepped))
+            return self._traced[name]
 
     def function(self, name: str) -> Function:
         """The machine code of a function."""
@@ -85,7 +81,7 @@ class Flight:
             if name not in self._compiled:
                 in_place = name in ("begin", "advance")
                 kernel = Kernel(
-                    self._trace(name).program,
+                    self.traced(name).program,
                     numbers=count(self.numbers),
                     carry=0 if name == "begin" else count(self.carry),
                     lanes=self.lanes,
@@ -137,16 +133,13 @@ class LlvmChunk:
     def __init__(self, functions: Flight, drawn: Drawn) -> None:
         self._flight, real = functions, functions.real
         rows = np.asarray(jax.tree.leaves(drawn), dtype=real)
-        self._lanes, self._width = rows.shape[1], functions.lanes
-        self._groups = -(-self._lanes // self._width)
-        self._numbers = self._memory(functions.numbers, real)
-        whole = np.take(rows, np.arange(self._groups * self._width) % self._lanes, axis=1)
-        self._numbers[:] = whole.reshape(len(rows), self._groups, self._width).transpose(1, 0, 2)
+        self._samples, self._numbers = rows.shape[1], packed(rows, functions.lanes)
+        self._groups = len(self._numbers)
         self._carry = self._memory(functions.carry, real)
         functions.function("begin")(self._groups, 0, 1, self._numbers, self._carry, self._carry)
 
     def _memory(self, tree: Any, kind: Any) -> Rows:
-        return blocks(self._groups, count(tree), self._width, kind)
+        return blocks(self._groups, count(tree), self._flight.lanes, kind)
 
     def advance(self, first: int, last: int) -> None:
         """Flies from step `first` to step `last`."""
@@ -177,7 +170,7 @@ class LlvmChunk:
 
     def _tree(self, memory: Rows, shapes: Any) -> Any:
         """The arrays over the lanes; a NaN has its usual bits."""
-        rows = memory.transpose(1, 0, 2).reshape(memory.shape[1], -1)[:, : self._lanes]
+        rows = unpacked(memory, self._samples)
         rows[np.isnan(rows)] = np.nan
         leaves, structure = jax.tree.flatten(shapes)
         arrays: list[Rows] = []

@@ -8,13 +8,10 @@ from typing import Any
 import jax
 import numpy as np
 from jax.extend.core import Literal
-from numpy.typing import NDArray
 
 from rvjax.simulation.engines.llvm import arrays, control, elementwise
+from rvjax.simulation.engines.llvm.arrays import Values
 from rvjax.simulation.engines.llvm.program import INT32, Builder, Program, UnsupportedError, Value
-
-Values = NDArray[np.int64]
-"""The values of an array, in its shape."""
 
 
 def scalarised(function: Callable[..., Any], *examples: Any, step: bool = True) -> tuple[Program, Any]:

@@ -96,7 +96,7 @@ class Writer:
             truth = self.vector(BOOL)
             return self.new(f"select {truth} {texts[0]}, {out} {texts[1]}, {out} {texts[2]}")
         if code in INTRINSICS:
-            return self.call(f"llvm.{INTRINSICS[code]}.{suffix(kind, self.lanes)}", out, (vector, texts[0]))
+            return self.call(f"llvm.{code}.{suffix(kind, self.lanes)}", out, (vector, texts[0]))
         if code.endswith(".sat"):
             name = f"llvm.{code}.{suffix(kind, self.lanes)}.{suffix(given, self.lanes)}"
             return self.call(name, out, (vector, texts[0]))
@@ -112,7 +112,7 @@ class Writer:
         return name
 
 
-INTRINSICS = {"sqrt": "sqrt", "fabs": "fabs", "floor": "floor", "ceil": "ceil", "rint": "rint", "round": "round"}
+INTRINSICS = {"sqrt", "fabs", "floor", "ceil", "rint", "round"}
 CONVERSIONS = {"fpext", "fptrunc", "sitofp", "uitofp", "zext", "sext", "trunc", "bitcast"}
 
 

@@ -16,8 +16,8 @@ from rvjax.simulation.engines.llvm.text import Kernel, assembly
 ENTRY = "fly"
 """Name of the function."""
 
-ALIGNED = 64
-"""Bytes: a whole vector register."""
+ALIGNED = 256
+"""Bytes of a group's vectors: the longest that are used, and more."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,6 @@ class Target:
 @cache
 def host() -> Target:
     """This machine."""
-    _started()
     import llvmlite.binding as llvm
 
     features = llvm.get_host_cpu_features()
@@ -61,6 +60,7 @@ class Function:
         """target: this machine by default. level: of LLVM's optimisation, which changes no bit."""
         import llvmlite.binding as llvm
 
+        _started()
         target = target or host()
         machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
         self._kernel = kernel
@@ -99,6 +99,21 @@ def _linked(linker: Any, module: Any, machine: Any, level: int) -> Any:
 def blocks(groups: int, leaves: int, lanes: int, kind: Any) -> NDArray[Any]:
     """(groups, leaves, lanes) memory that begins at a whole vector register."""
     size = np.dtype(kind).itemsize
-    raw = np.zeros(groups * leaves * lanes + ALIGNED * 4 // size, dtype=kind)
-    first = (-raw.ctypes.data % (ALIGNED * 4)) // size
+    raw = np.zeros(groups * leaves * lanes + ALIGNED // size, dtype=kind)
+    first = (-raw.ctypes.data % ALIGNED) // size
     return raw[first : first + groups * leaves * lanes].reshape(groups, leaves, lanes)
+
+
+def packed(rows: NDArray[Any], lanes: int) -> NDArray[Any]:
+    """(groups, leaves, lanes) memory with the numbers of rows (leaves, samples). The first samples fill up the last group."""
+    leaves, samples = rows.shape
+    groups = -(-samples // lanes)
+    memory = blocks(groups, leaves, lanes, rows.dtype)
+    whole = np.take(rows, np.arange(groups * lanes) % samples, axis=1)
+    memory[:] = whole.reshape(leaves, groups, lanes).transpose(1, 0, 2)
+    return memory
+
+
+def unpacked(memory: NDArray[Any], samples: int) -> NDArray[Any]:
+    """(leaves, samples) numbers of memory (groups, leaves, lanes)."""
+    return memory.transpose(1, 0, 2).reshape(memory.shape[1], -1)[:, :samples]

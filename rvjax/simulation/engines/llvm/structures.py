@@ -9,7 +9,7 @@ from rvjax.simulation.engines.llvm.instructions import NAMES, Writer, literal, s
 from rvjax.simulation.engines.llvm.program import BOOL, Operation, Region, Type, Value
 
 SELECTED = 16
-"""Longest table that is looked up by comparing the index."""
+"""Longest table of numbers that is looked up by comparing the index; truth values always are."""
 
 
 def write(writer: Writer, region: Region) -> None:
@@ -25,7 +25,7 @@ def _lookup(writer: Writer, operation: Operation) -> None:
     """An entry of a table at an index."""
     index, *entries = operation.operands
     kind, numbers = writer.type(operation.results[0]), writer.program.constants
-    if len(entries) <= SELECTED:
+    if len(entries) <= SELECTED or kind == BOOL:
         text = writer.name(entries[-1])
         for place in reversed(range(len(entries) - 1)):
             here = writer.new(f"icmp eq {writer.vector(writer.type(index))} {writer.name(index)}, splat (i32 {place})")
@@ -33,8 +33,6 @@ def _lookup(writer: Writer, operation: Operation) -> None:
             text = writer.new(f"select {writer.vector(BOOL)} {here}, {vector} {writer.name(entries[place])}, {vector} {text}")
         writer.names[operation.results[0]] = text
         return
-    if kind == BOOL:
-        raise TypeError("a long table of truth values")
     if all(entry in numbers for entry in entries):
         writer.names[operation.results[0]] = _constant_table(writer, index, [numbers[entry] for entry in entries], kind)
         return
