@@ -12,19 +12,18 @@ Both share the samples between threads with OpenMP. What gcc may do with the sta
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 from jax.extend.core import ClosedJaxpr
 
-from benchmarks.flat import Constant, Operand, flat
+from benchmarks.flat import Call, Constant, Operand, flat
 
 REALS = {"float64": ("double", ""), "float32": ("float", "f")}
 """C type, and the suffix of its functions and numbers, by precision."""
 
 INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 COMPARISONS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<", "eq": "==", "ne": "!="}
-CALLS = ("sqrt", "tanh", "exp", "cos", "sin")
+CALLS = ("sqrt", "tanh", "exp", "log", "cos", "sin")
 
 HEAD = """#include <math.h>
 typedef {real} real;
@@ -114,17 +113,17 @@ def _statements(step: ClosedJaxpr, drawn: int, precision: str) -> tuple[list[str
         return arguments[operand] if operand < whole.inputs else f"t{operand - whole.inputs}"
 
     lines: list[str] = []
-    for number, (equation, operands) in enumerate(whole.calls):
-        (out,) = equation.outvars
+    for number, call in enumerate(whole.calls):
+        (out,) = call.equation.outvars
         if out.aval.shape != ():
-            raise ValueError(f"{equation.primitive} gives {out.aval.str_short()}; a step of one sample holds scalars only")
+            raise ValueError(f"{call.name} gives {out.aval.str_short()}; a step of one sample holds scalars only")
         kind = "long" if np.dtype(out.aval.dtype).kind == "i" else "real"
-        lines.append(f"const {kind} t{number} = {_expression(equation, [name(one) for one in operands], suffix)};")
+        lines.append(f"const {kind} t{number} = {_expression(call, [name(operand) for operand in call.operands], suffix)};")
     return lines, [name(one) for one in whole.results]
 
 
-def _expression(equation: Any, a: list[str], suffix: str) -> str:
-    name = equation.primitive.name
+def _expression(call: Call, a: list[str], suffix: str) -> str:
+    name = call.name
     if name in INFIX:
         return f"{a[0]} {INFIX[name]} {a[1]}"
     if name in COMPARISONS:
@@ -132,7 +131,7 @@ def _expression(equation: Any, a: list[str], suffix: str) -> str:
     if name in CALLS:
         return f"{name}{suffix}({a[0]})"
     if name == "integer_pow":
-        return " * ".join([a[0]] * equation.params["y"])
+        return " * ".join([a[0]] * call.equation.params["y"])
     return FORMS[name](suffix).format(*a)
 
 

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 from jax.extend.core import ClosedJaxpr
 
-from benchmarks.flat import Constant, Operand, flat
+from benchmarks.flat import Call, Constant, Operand, flat
 from rvjax.execution.bench.workload import Case
 from rvjax.simulation.flight import Carry
 
@@ -23,6 +23,7 @@ CALLS: Mapping[str, Callable[..., Any]] = {
     "sign": np.sign,
     "sqrt": np.sqrt,
     "exp": np.exp,
+    "log": np.log,
     "tanh": np.tanh,
     "sin": np.sin,
     "cos": np.cos,
@@ -79,8 +80,8 @@ def translated(closed: ClosedJaxpr) -> Run:
         return len(slots) - 1
 
     calls = [
-        (_call(equation), [slot(one) for one in operands], whole.inputs + number)
-        for number, (equation, operands) in enumerate(whole.calls)
+        (_call(call), [slot(operand) for operand in call.operands], whole.inputs + number)
+        for number, call in enumerate(whole.calls)
     ]
     results = [slot(one) for one in whole.results]
 
@@ -93,12 +94,11 @@ def translated(closed: ClosedJaxpr) -> Run:
     return run
 
 
-def _call(equation: Any) -> Callable[..., Any]:
-    name = equation.primitive.name
-    if name == "convert_element_type":
-        kind = equation.params["new_dtype"]
+def _call(call: Call) -> Callable[..., Any]:
+    if call.name == "convert_element_type":
+        kind = call.equation.params["new_dtype"]
         return lambda x: np.asarray(x, dtype=kind)
-    if name == "integer_pow":
-        power = equation.params["y"]
+    if call.name == "integer_pow":
+        power = call.equation.params["y"]
         return lambda x: x**power
-    return CALLS[name]
+    return CALLS[call.name]

@@ -161,8 +161,9 @@ def virtual_velocity(shaped: bool, measurement: Measurement, known: Relative, ga
     if shaped:
         slope = (gains.k1 / gains.v_max_m_s) ** 2
         stretch = 1.0 + slope * dot(rho, rho)
-        alpha = alpha / jnp.sqrt(stretch)
-        rate = rate / jnp.sqrt(stretch) - alpha * (slope * dot(rho, rho_rate) / stretch)
+        inverse = 1.0 / jnp.sqrt(stretch)
+        alpha = alpha * inverse
+        rate = rate * inverse - alpha * (slope * dot(rho, rho_rate) * (inverse * inverse))
     turn = mrp_rate(sigma, measurement.motion.omega)
     return Channels(alpha, sigma * -gains.k_sigma), Channels(rate, turn * -gains.k_sigma)
 
@@ -210,20 +211,15 @@ def nominal(gains: Numbers) -> tuple[Scalar, Symmetric]:
     return gains.mass_guess_kg, Symmetric.of(moment, moment * 0.0)
 
 
-def robust(z: Channels, bound: Channels, width: Channels) -> Channels:
-    """D̂ ∘ z/√(z² + ε²) [N, N·m]; width: ε."""
-    return bound * z / reach(z, width)
+def direction(z: Channels, width: Channels) -> Channels:
+    """z/√(z² + ε²), a smooth sign of z; width: ε."""
+    return each(lambda a, e: a / jnp.sqrt(a * a + e * e), z, width)
 
 
-def reach(z: Channels, width: Channels) -> Channels:
-    """√(z² + ε²)."""
-    return each(lambda a, e: jnp.sqrt(a * a + e * e), z, width)
-
-
-def bound_rate(z: Channels, bound: Channels, width: Channels, limit: Channels, gains: Numbers) -> Channels:
-    """The rate of D̂: γ_D z²/√(z² + ε²), projected into [0, share · limit]. Gains used: gamma_bound, bound_share."""
-    growth = z * z / reach(z, width) * gains.gamma_bound
-    return each(project, bound, growth, 0.0, limit * gains.bound_share)
+def bound_rate(growth: Channels, bound: Channels, limit: Channels, gains: Numbers) -> Channels:
+    """The rate of D̂: γ_D times the growth z²/√(z² + ε²), projected into [0, share · limit]. Gains used: gamma_bound,
+    bound_share."""
+    return each(project, bound, growth * gains.gamma_bound, 0.0, limit * gains.bound_share)
 
 
 def mean_limit(measurement: Measurement) -> Channels:
@@ -234,8 +230,8 @@ def mean_limit(measurement: Measurement) -> Channels:
 def drift(mass: Scalar, inertia: Symmetric, gains: Numbers) -> Scalar:
     """Largest change of (m̂, Ĵ) from its start (m₀, J₀ I), relative to m₀ and J₀."""
     start = gains.inertia_guess_kgm2
-    away = each(jnp.abs, (inertia - Symmetric.of(start, 0.0)) / start)
-    return jnp.maximum(jnp.abs(mass / gains.mass_guess_kg - 1.0), largest(away))
+    away = each(jnp.abs, (inertia - Symmetric.of(start, 0.0)) * (1.0 / start))
+    return jnp.maximum(jnp.abs(mass * (1.0 / gains.mass_guess_kg) - 1.0), largest(away))
 
 
 def project(x: Scalar, rate: Scalar, low: Scalar, high: Scalar) -> Scalar:

@@ -104,7 +104,7 @@ def motion_rate(motion: Motion, known: Relative, plant: Plant, wrench: Channels)
     gyro = cross(known.omega_p, apply(plant.inertia, known.omega_p))
     return Motion(
         rho=motion.nu - cross(known.omega_p, motion.rho),
-        nu=known.accel - cross(known.omega_p, motion.nu) + wrench.force / plant.mass,
+        nu=known.accel - cross(known.omega_p, motion.nu) + wrench.force * (1.0 / plant.mass),
         sigma=mrp_rate(motion.sigma, motion.omega),
         omega=known.alpha + apply(plant.inertia_inverse, wrench.torque - gyro),
     )

@@ -26,22 +26,22 @@ Saturation = Callable[[Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
 
 def smooth_tanh(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
     """h = u_m tanh(v/u_m), h' = 1 − tanh²(v/u_m), u_m = u⁺ for v ≥ 0, else u⁻."""
-    limit = jnp.where(v >= 0, upper, lower)
-    share = tanh(v / limit)
+    limit, inverse = _limit(v, upper, lower)
+    share = tanh(v * inverse)
     return limit * share, 1.0 - share * share
 
 
 def shifted_tanh(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
     """h = s tanh((v−c)/s) + c, h' = 1 − tanh²((v−c)/s), c = (u⁺−u⁻)/2, s = (u⁺+u⁻)/2."""
     centre, span = 0.5 * (upper - lower), 0.5 * (upper + lower)
-    share = tanh((v - centre) / span)
+    share = tanh((v - centre) * (1.0 / span))
     return span * share + centre, 1.0 - share * share
 
 
 def error_function(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
     """h = u_m erf(√π v/(2u_m)), h' = exp(−π v²/(4u_m²)), u_m = u⁺ for v ≥ 0, else u⁻."""
-    limit = jnp.where(v >= 0, upper, lower)
-    x = (0.5 * math.sqrt(math.pi)) * v / limit
+    limit, inverse = _limit(v, upper, lower)
+    x = (0.5 * math.sqrt(math.pi)) * v * inverse
     return limit * erf(x), exp(-(x * x))
 
 
@@ -49,6 +49,11 @@ def hard_clip(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
     """h = min(max(v, −u⁻), u⁺); h' = 1 strictly inside the limits, 0 outside."""
     inside = (v < upper) & (v > -lower)
     return jnp.clip(v, -lower, upper), jnp.where(inside, 1.0, 0.0)
+
+
+def _limit(v: Scalar, upper: Scalar, lower: Scalar) -> tuple[Scalar, Scalar]:
+    """(u_m, 1/u_m). The limits do not change in a flight, so an engine divides once and not at every instant."""
+    return jnp.where(v >= 0, upper, lower), jnp.where(v >= 0, 1.0 / upper, 1.0 / lower)
 
 
 def saturate(saturation: Saturation, v: Channels, upper: Channels, lower: Channels) -> tuple[Channels, Channels]:

@@ -41,7 +41,7 @@ def effects_sum(
 def acceleration(known: Relative, plant: Plant, wrench: Channels) -> tuple[Vector, Vector]:
     """(a, α) of the pursuer under a wrench, in P [m/s², rad/s²]."""
     gyro = cross(known.omega_p, apply(plant.inertia, known.omega_p))
-    return wrench.force / plant.mass, apply(plant.inertia_inverse, wrench.torque - gyro)
+    return wrench.force * (1.0 / plant.mass), apply(plant.inertia_inverse, wrench.torque - gyro)
 
 
 def _body(t: Scalar, known: Relative, plant: Plant, wrench: Channels) -> Body:

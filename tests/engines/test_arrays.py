@@ -41,6 +41,7 @@ MOVES: dict[str, Function] = {
     "tile": lambda a, b: jnp.tile(b, 3),
     "pad": lambda a, b: lax.pad(a, jnp.asarray(7.0, a.dtype), ((1, 2, 1), (-1, 0, 0))),
     "iota": lambda a, b: b * jnp.arange(3),
+    "constants": lambda a, b: b + jnp.asarray(0.1, a.dtype) * jnp.asarray(0.3, a.dtype),
     "split": lambda a, b: jnp.split(a.reshape(9), [2, 5])[1],
     "argmax": lambda a, b: (jnp.argmax(b), jnp.argmin(a), jnp.argmax(a, axis=1)),
     "argmax of NaN": lambda a, b: (jnp.argmax(jnp.sqrt(b)), jnp.argmin(jnp.sqrt(b))),

@@ -45,7 +45,7 @@ MUTANTS = (
     Mutant("a lane that goes on after its end", CONTROL, 'results = [to.emit("select", kind, goes, new, old) for kind, new, old in rows]', "results = [new for _, new, _ in rows]", SUMS),
     Mutant("a table that is read in the first lane", STRUCTURES, "{writer.name(index)}, i32 {lane}\")", "{writer.name(index)}, i32 0\")", MOVES),
     Mutant("both sides of every choice", CONTROL, "if not to.program.uniform[first]:", "if True:", "engines/test_arrays.py::test_what_is_the_same_in_all_lanes_is_a_branch"),
-    Mutant("constants folded in another type", PROGRAM, "return self.constant(FOLDED[code](*numbers), kind)", "return self.constant(FOLDED[code](*map(np.float32, numbers)) if kind.kind == \"f\" else FOLDED[code](*numbers), kind)", INTERPRETED),
+    Mutant("constants folded in another type", PROGRAM, "return self.constant(FOLDED[code](*numbers), kind)", "return self.constant(FOLDED[code](*map(np.float32, numbers)) if kind.kind == \"f\" else FOLDED[code](*numbers), kind)", MOVES),
     Mutant("products and sums are contracted", INSTRUCTIONS, "{code} {vector} {', '.join(texts)}", "{code}{' contract' if code[0] == 'f' and code[:4] != 'fcmp' else ''} {vector} {', '.join(texts)}", INTERPRETED),
     Mutant("a flight in the mode of its thread", TEXT, '"  call void @llvm.x86.sse.ldmxcsr(ptr %wanted)",', "", MODE),
     Mutant("a mode that is not put back", TEXT, '("  call void @llvm.x86.sse.ldmxcsr(ptr %mode)",),', "(),", MODE),

@@ -151,9 +151,16 @@ MUTANTS = (
     Mutant(
         "swapped limits of the tanh",
         "physics/saturation.py",
-        "    limit = jnp.where(v >= 0, upper, lower)\n    share",
-        "    limit = jnp.where(v >= 0, lower, upper)\n    share",
+        "jnp.where(v >= 0, upper, lower), jnp.where(v >= 0, 1.0 / upper, 1.0 / lower)",
+        "jnp.where(v >= 0, lower, upper), jnp.where(v >= 0, 1.0 / lower, 1.0 / upper)",
         "physics/test_saturation.py::test_each_side_reaches_its_own_limit",
+    ),
+    Mutant(
+        "inverse of the other limit",
+        "physics/saturation.py",
+        "1.0 / upper, 1.0 / lower",
+        "1.0 / lower, 1.0 / upper",
+        "physics/test_saturation.py::test_value_and_slope",
     ),
     Mutant(
         "slope of the erf",
@@ -184,7 +191,7 @@ MUTANTS = (
     Mutant("sign of Levant's second gain", "physics/differentiators.py", "-1.1 * bound", "1.1 * bound", DERIVATIVE),
     Mutant("sign of K₃", ADAPTIVE, "- z3 * gains.k3", "+ z3 * gains.k3", IDENTITY),
     Mutant("sign of κ", ADAPTIVE, "* wanted - state.v * gains.kappa", "* wanted + state.v * gains.kappa", IDENTITY),
-    Mutant("sign of χ̇", ADAPTIVE, "chi=z3 / limit", "chi=-z3 / limit", IDENTITY),
+    Mutant("sign of χ̇", ADAPTIVE, "chi=z3 * inverse", "chi=-z3 * inverse", IDENTITY),
     Mutant("no α̂̇₂", ADAPTIVE, "gains.kappa + derivative -", "gains.kappa -", IDENTITY),
     Mutant(
         "sign of the adaptation of m̂",
@@ -193,7 +200,8 @@ MUTANTS = (
         "-gains.gamma_mass * mass_rate",
         GRADIENT,
     ),
-    Mutant("sign of D̂ in α₂", "physics/backstepping.py", "return bound * z / reach", "return -bound * z / reach", GRADIENT),
+    Mutant("sign of D̂ in α₂", ADAPTIVE, "+ state.bound * smooth_sign", "- state.bound * smooth_sign", GRADIENT),
+    Mutant("root without ε", "physics/backstepping.py", "jnp.sqrt(a * a + e * e)", "jnp.sqrt(a * a)", GRADIENT),
     Mutant(
         "sign of Ω×JΩ in Yθ",
         "physics/backstepping.py",

@@ -32,12 +32,12 @@ from rvjax.physics.backstepping import (
     TrackingGains,
     adaptation,
     bound_rate,
+    direction,
     drift,
     feedback,
     mean_limit,
     model,
     nominal,
-    robust,
     tracking,
 )
 from rvjax.physics.differentiators import DIFFERENTIATORS
@@ -95,7 +95,8 @@ def virtual_wrench(options: Parameters, measurement: Measurement, state: Control
     now = tracking(options.shaped, measurement, gains)
     fade = exp(-gains.epsilon_decay * measurement.t) if options.epsilon == "decaying" else 1.0
     width = Channels.pair(gains.epsilon_force, gains.epsilon_torque) * fade
-    raw = -(model(now, state.mass, state.inertia) + (feedback(now.z2, gains) + robust(now.z2, state.bound, width)))
+    smooth_sign = direction(now.z2, width)
+    raw = -(model(now, state.mass, state.inertia) + (feedback(now.z2, gains) + state.bound * smooth_sign))
     alpha2, free = raw, now.z2
     if options.shaped:
         alpha2 = each(jnp.clip, raw, measurement.lower * -gains.clip_share, measurement.upper * gains.clip_share)
@@ -106,7 +107,7 @@ def virtual_wrench(options: Parameters, measurement: Measurement, state: Control
         mass_rate, inertia_rate = adaptation(now, free, state.mass, state.inertia, gains)
         rates = rates._replace(mass=mass_rate, inertia=inertia_rate)
     if options.adapt_bound:
-        rates = rates._replace(bound=bound_rate(free, state.bound, width, mean_limit(measurement), gains))
+        rates = rates._replace(bound=bound_rate(free * smooth_sign, state.bound, mean_limit(measurement), gains))
     return alpha2, rates
 
 
@@ -122,7 +123,8 @@ def respond(options: Parameters, measurement: Measurement, state: Control, satur
     gain = each(GAINS[options.nussbaum], state.chi)
     rate = rates._replace(v=gain * wanted - state.v * gains.kappa, zeta0=zeta0, zeta1=zeta1)
     if options.nussbaum != "none":
-        rate = rate._replace(chi=z3 / limit * (wanted / limit) * gains.gamma_chi)
+        inverse = each(lambda u: 1.0 / u, limit)
+        rate = rate._replace(chi=z3 * inverse * (wanted * inverse) * gains.gamma_chi)
     signals = {"alpha2": alpha2, "bound": state.bound, "mass_kg": state.mass, "inertia_kgm2": state.inertia}
     return Response(state.v, rate, Report(state.chi, drift(state.mass, state.inertia, gains), signals))
 

@@ -41,6 +41,9 @@ GROWTH_STEPS = 200
 ANSWER_S = 3600.0
 """How long a process may take for a flight, compiling included."""
 
+LOOK_S = 0.01
+"""Time between two looks for the first chunk."""
+
 Say = Callable[[str], None]
 
 
@@ -154,6 +157,8 @@ def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: boo
             machine={**jax_config.settings(), "cores": cores(), "jax": version("jax"), "jaxlib": version("jaxlib")},
             case={"campaign": flown.problem.spec.name, "samples": samples, "steps": STEPS, "lanes": LANES, "rounds": rounds},
         )
+        say("first chunk, cold and warm")
+        result.cold_s, result.warm_s = first_chunk(path, place, 4 * LANES)
         workers: dict[str, Worker] = {}
         for way in (*RVJAX, *yardsticks(folder)):
             say(f"preparing {way}")
@@ -169,8 +174,6 @@ def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: boo
                 worker.fly()
         _finish(result, samples, workers)
         _compare(result, flown, workers)
-        say("first chunk, cold and warm")
-        result.cold_s, result.warm_s = _first_chunk(path, place, LANES)
         for number in GROWTH if growth else ():
             say(f"growth: {number:,} samples")
             result.growth.append(growth_of(path, number))
@@ -179,7 +182,7 @@ def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: boo
 
 def _order(way: str, campaign: Path, samples: int, place: Path, yardsticks_folder: Path | None) -> dict[str, Any]:
     """What a worker process gets: see `rvjax.execution.bench.worker`."""
-    precision = _precision(way)
+    precision = RVJAX[way].precision if way in RVJAX else "float64"
     return {
         "way": way,
         "campaign": str(campaign),
@@ -234,28 +237,28 @@ def apart(values: NDArray[np.float64], reference: NDArray[np.float64]) -> float:
     return largest if np.isfinite(largest) else float("inf")
 
 
-def _precision(way: str) -> str:
-    return "float32" if way.endswith("float32") else "float64"
-
-
-def _first_chunk(campaign: Path, place: Path, lanes: int) -> tuple[float, float]:
-    """Seconds from the start of `rvjax run` to its first finished chunk, with an empty compile cache and with a filled cache."""
+def first_chunk(campaign: Path, place: Path, samples: int) -> tuple[float, float]:
+    """Seconds from the start of `rvjax run` to its first chunk in the folder, with empty caches and with filled ones."""
 
     def once(name: str) -> float:
-        command = [sys.executable, "-m", "rvjax", "run", str(campaign), "--out", str(place / name), "--samples", str(4 * lanes)]
-        cache = {"XDG_CACHE_HOME": str(place / "cache"), "HOME": str(place), "PYTHONIOENCODING": "utf-8"}
+        command = [sys.executable, "-m", "rvjax", "run", str(campaign), "--out", str(place / name), "--samples", str(samples)]
+        cache = {"XDG_CACHE_HOME": str(place / "cache"), "HOME": str(place)}
         started = time.perf_counter()
-        with subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, encoding="utf-8", env=os.environ | cache
-        ) as run:
+        with (
+            subprocess.Popen(
+                [*command, "--quiet"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, encoding="utf-8", env=os.environ | cache
+            ) as run,
+            _limited(run, "the first chunk"),
+        ):
+            while run.poll() is None:
+                if any((place / name / "samples").glob("*.parquet")):
+                    spent = time.perf_counter() - started
+                    run.terminate()
+                    return spent
+                time.sleep(LOOK_S)
             assert run.stderr is not None
-            with _limited(run, "the first chunk"):
-                for line in run.stderr:
-                    if line.startswith(f"{lanes}/"):
-                        spent = time.perf_counter() - started
-                        run.terminate()
-                        return spent
-        raise IncompleteError(f"bench: `{' '.join(command)}` ended without a chunk")
+            said = run.stderr.read()
+        raise IncompleteError(f"bench: `{' '.join(command)}` ended with exit code {run.returncode} and no chunk: {said}")
 
     return once("cold"), once("warm")
 

@@ -23,20 +23,21 @@ def main(spec: dict[str, Any]) -> None:
     from rvjax.execution.bench.workload import RVJAX, UnavailableError, case, save, yardsticks
     from rvjax.simulation.jax_config import configure
 
-    ours = spec["way"] in RVJAX
-    if ours:
+    ours = RVJAX.get(spec["way"])
+    if ours is not None:
         configure(spec["precision"])
     else:  # JAX with its default settings
         import jax
 
         jax.config.update("jax_enable_x64", spec["precision"] == "float64")
-    flown = case(spec["campaign"], spec["samples"], spec["steps"], spec["precision"], spec["start"])
+    engine = ours.engine if ours is not None else "xla"
+    flown = case(spec["campaign"], spec["samples"], spec["steps"], spec["precision"], spec["start"], engine)
     started = time.perf_counter()
     try:
-        if ours:
+        if ours is not None:
             from rvjax.execution.bench import own_flight
 
-            fly = own_flight.prepare(flown, 1 if spec["way"] == "rvjax_one_device" else None)
+            fly = own_flight.prepare(flown, ours.threads)
         else:
             fly = yardsticks(Path(spec["yardsticks"]))[spec["way"]].prepare(flown)
     except UnavailableError as error:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -29,8 +29,21 @@ Values = Mapping[str, NDArray[np.float64]]
 """Metric → (samples,)."""
 
 
-RVJAX = ("rvjax", "rvjax_one_device", "rvjax_float32")
-"""The ways of rvjax; all others are yardsticks."""
+class OwnWay(NamedTuple):
+    """A way of rvjax. threads: chunks at a time, None: as in `rvjax run`."""
+
+    engine: str = "auto"
+    precision: str = "float64"
+    threads: int | None = None
+
+
+RVJAX: Mapping[str, OwnWay] = {
+    "rvjax": OwnWay(),
+    "rvjax_one_device": OwnWay(threads=1),
+    "rvjax_float32": OwnWay(precision="float32"),
+    "rvjax_xla": OwnWay("xla"),
+}
+"""The ways of rvjax, the first that all are compared with; all others are yardsticks."""
 
 
 class UnavailableError(Exception):
@@ -68,9 +81,10 @@ class Case:
         return {name: np.asarray(value, dtype=np.float64) for name, value in values.items()}
 
 
-def case(campaign: str | Path, samples: int, steps: int, precision: str, start: str | Path) -> Case:
-    """The case of a campaign's first samples. start: file of the carry at t = 0, written by `save` if it is not there."""
-    problem = load(campaign)
+def case(campaign: str | Path, samples: int, steps: int, precision: str, start: str | Path, engine: str = "auto") -> Case:
+    """The case of a campaign's first samples. engine: that flies the ways of rvjax. start: file of the carry at t = 0, written by
+    `save` if it is not there."""
+    problem = load(campaign, [f"engine={engine}"])
     _, drawn = Draws.of(problem, np.arange(samples, dtype=np.int64))
     drawn = jax.tree.map(partial(np.asarray, dtype=precision), drawn)
     begin = compiled(partial(flight.begin, problem.loop, problem.metrics), 0)

@@ -87,7 +87,7 @@ def assembly(kernel: Kernel, name: str, attributes: str, machine: str) -> str:
         *("groupend:", "  %g1 = add i64 %g, 1", "  %others = icmp slt i64 %g1, %groups"),
         "  br i1 %others, label %group, label %done",
         *("done:", *mode.restored, "  ret void", "}"),
-        f"attributes #0 = {{ nounwind {attributes} }}",
+        f'attributes #0 = {{ nounwind "stackrealign" {attributes} }}',
         "",
     ])  # fmt: skip
 
