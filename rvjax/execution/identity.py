@@ -31,7 +31,7 @@ COMPILING = ("jax", "jaxlib")
 """Packages whose version may change the last bits of flights with the engine `xla`. That of `llvm` hashes the whole program."""
 
 FLYING = (
-    *("campaign", "physics", "simulation", "stats/random_streams.py"),
+    *("campaign", "elementary", "physics", "simulation", "stats/random_streams.py"),
     "components/user_code.py",
     *(f"components/{family}" for family in ("actuators", "allocations", "controllers", "disturbances", "effects")),
     *(f"components/{family}" for family in ("faults", "forms", "metrics", "navigation", "samplers", "saturations")),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.mutants.mutant import Mutant
 
-TRIG = "physics/elementary/trigonometric.py"
+TRIG = "elementary/trigonometric.py"
 DYNAMICS, ADAPTIVE = "physics/dynamics.py", "components/controllers/saturated_adaptive.py"
 RATES = "physics/test_dynamics.py::test_rates_are_those_of_the_absolute_motion"
 MOMENTUM = "physics/test_dynamics.py::test_momentum_follows_from_the_torque_alone"

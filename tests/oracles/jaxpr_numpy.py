@@ -37,7 +37,7 @@ ARITHMETIC: dict[str, Callable[..., Any]] = {
     "shift_right_arithmetic": np.right_shift,
     "select_n": lambda chosen, no, yes: np.where(chosen, yes, no),
 }
-FREE = ("bitcast_convert_type", "broadcast_in_dim", "convert_element_type")
+FREE = ("bitcast_convert_type", "broadcast_in_dim", "convert_element_type", "squeeze")
 """Primitives that compute nothing: another view, another shape, the type of a constant."""
 
 INNER = {"jit": "jaxpr", "pjit": "jaxpr", "custom_jvp_call": "call_jaxpr"}
@@ -92,4 +92,6 @@ def _apply(name: str, values: list[Any], params: dict[str, Any]) -> Any:
     if name == "broadcast_in_dim":
         assert values[0].shape in ((), params["shape"])
         return np.broadcast_to(values[0], params["shape"])
+    if name == "squeeze":
+        return np.squeeze(values[0], params["dimensions"])
     return np.asarray(ARITHMETIC[name](*values))

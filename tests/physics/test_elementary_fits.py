@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import mpmath
 import pytest
 
-from rvjax.physics.elementary import (
+from rvjax.elementary import (
     cube_root,
     error_function,
     exponential,

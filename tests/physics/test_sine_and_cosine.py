@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from rvjax.physics.elementary import trigonometric
+from rvjax.elementary import trigonometric
 
 FUNCTIONS: tuple[tuple[str, Callable[[Any], Any]], ...] = (("sin", trigonometric.sin), ("cos", trigonometric.cos))
 

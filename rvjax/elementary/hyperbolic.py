@@ -13,14 +13,21 @@ tanh: from tanh(a + b) = (tanh a + tanh b)/(1 + tanh a tanh b); with k = 0 it is
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
-import jax.numpy as jnp
-
-from rvjax.physics.elementary.exponential import half_exp
-from rvjax.physics.elementary.formats import FLOAT32, elementary, format_of, polynomial, power_of_two, with_sign
-from rvjax.physics.vectors import Scalar
+from rvjax.elementary.exponential import half_exp
+from rvjax.elementary.formats import (
+    FLOAT32,
+    LN2,
+    Real,
+    arithmetic,
+    either,
+    format_of,
+    namespace,
+    polynomial,
+    power_of_two,
+    with_sign,
+)
 
 
 class _Tables(NamedTuple):
@@ -62,43 +69,41 @@ _FLOAT32 = _Tables(
 )
 
 
-def _slope_of_sinh(x: Scalar, y: Scalar) -> Scalar:
-    del y
-    return cosh(x)
-
-
-@elementary(lambda x, y: 1.0 - y * y)
-def tanh(x: Scalar) -> Scalar:
+@arithmetic
+def tanh(x: Real) -> Real:
     """tanh x, odd in every bit, |tanh x| ≤ 1. Error: at most 1.9 units in the last place in both types."""
+    xp = namespace(x)
     tables = _tables(x)
-    size = jnp.minimum(jnp.abs(x), tables.highest)
-    k = jnp.round(size * (2.0 / math.log(2.0)) - 0.25)
+    size = xp.minimum(xp.abs(x), tables.highest)
+    k = xp.round(size * (2.0 / LN2) - 0.25)
     r = (size - k * tables.parts[0]) - k * tables.parts[1]
     square = r * r
     t = r + r * square * polynomial(square, tables.fit)
     s = power_of_two(k)
     low, high = s - 1.0, s + 1.0
     near = k < 3.0
-    above = jnp.where(near, low, -2.0) + jnp.where(near, high, 2.0) * t
-    return with_sign(jnp.where(near, 0.0, 1.0) + above / (high + low * t), x)
+    above = xp.where(near, low, -2.0) + xp.where(near, high, 2.0) * t
+    return with_sign(either(near, 0.0, 1.0, x) + above / (high + low * t), x)
 
 
-@elementary(_slope_of_sinh)
-def sinh(x: Scalar) -> Scalar:
+@arithmetic
+def sinh(x: Real) -> Real:
     """sinh x, odd in every bit. Error: at most 1.6 units in the last place in both types."""
-    size = jnp.abs(x)
+    xp = namespace(x)
+    size = xp.abs(x)
     square = size * size
     half = half_exp(size)
     near = size + size * square * polynomial(square, _tables(x).sine)
-    return with_sign(jnp.where(size < 1.0, near, half - 0.25 / half), x)
+    return with_sign(xp.where(size < 1.0, near, half - 0.25 / half), x)
 
 
-@elementary(lambda x, y: sinh(x))
-def cosh(x: Scalar) -> Scalar:
+@arithmetic
+def cosh(x: Real) -> Real:
     """cosh x, even in every bit. Error: at most 1.4 (float64) or 1.3 (float32) units in the last place."""
-    half = half_exp(jnp.abs(x))
+    xp = namespace(x)
+    half = half_exp(xp.abs(x))
     return half + 0.25 / half
 
 
-def _tables(x: Scalar) -> _Tables:
+def _tables(x: Real) -> _Tables:
     return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64

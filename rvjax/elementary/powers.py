@@ -12,25 +12,23 @@ Coefficients: tests/physics/test_elementary_fits.py.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import cache
 from typing import NamedTuple
 
-import jax.numpy as jnp
-
-from rvjax.physics.elementary.exponential import exp_of_sum
-from rvjax.physics.elementary.formats import (
+from rvjax.elementary.exponential import exp_of_sum
+from rvjax.elementary.formats import (
     FLOAT32,
+    LN2,
+    Real,
+    arithmetic,
     bits,
-    elementary,
+    either,
     format_of,
     head,
-    of_two,
+    namespace,
     polynomial,
     scaled,
 )
-from rvjax.physics.elementary.logarithms import log, split
-from rvjax.physics.vectors import Scalar
+from rvjax.elementary.logarithms import split
 
 _CUT = (32, 12)
 """Bits that a head of a logarithm lacks, (float64, float32)."""
@@ -66,65 +64,56 @@ _FLOAT32 = _Tables(
 )
 
 
-def integer_power(x: Scalar, n: int) -> Scalar:
+def integer_power(x: Real, n: int) -> Real:
     """xⁿ for a fixed integer n by repeated squaring: the product of x^(2^i) over the bits i of |n|, from the lowest; its
     reciprocal for n < 0. Exactly what `jax.lax.integer_pow` computes.
     """
-    return _integer_power(n)(x)
 
-
-def power(x: Scalar, y: Scalar) -> Scalar:
-    """x^y, special values as C99 has them. ∂/∂y is 0 for x ≤ 0, where only whole y give numbers.
-
-    Error: at most 0.9 units in the last place in both types.
-    """
-    return _power(x, y)
-
-
-@cache
-def _integer_power(n: int) -> Callable[[Scalar], Scalar]:
-    def slope(x: Scalar, y: Scalar) -> Scalar:
-        return n * integer_power(x, n - 1) if n else jnp.zeros_like(y)
-
-    @elementary(slope)
-    def raised(x: Scalar) -> Scalar:
+    @arithmetic
+    def raised(x: Real) -> Real:
         rest, square, product = abs(n), x, None
         while rest:
             if rest & 1:
                 product = square if product is None else product * square
             rest >>= 1
             square = square * square if rest else square
-        product = jnp.ones_like(x) if product is None else product
+        product = namespace(x).ones_like(x) if product is None else product
         return 1.0 / product if n < 0 else product
 
-    return raised
+    return raised(x)
 
 
-def _raised(x: Scalar, y: Scalar) -> Scalar:
-    """x^y of two numbers of one type."""
-    form, size = format_of(x), jnp.abs(x)
+@arithmetic
+def power(x: Real, y: Real) -> Real:
+    """x^y of two numbers of one type, special values as C99 has them.
+
+    Error: at most 0.9 units in the last place in both types.
+    """
+    xp = namespace(x)
+    form, size = format_of(x), xp.abs(x)
     far = 2.0 ** (form.digits + 12)
-    size_of_power = _exponential(*_times(jnp.minimum(jnp.maximum(y, -far), far), *_log2(size)))
+    size_of_power = _exponential(*_times(xp.minimum(xp.maximum(y, -far), far), *_log2(size)))
     up = y > 0.0
-    value = jnp.where(size == 0.0, jnp.where(up, 0.0, jnp.inf), size_of_power)
-    value = jnp.where(size == jnp.inf, jnp.where(up, jnp.inf, 0.0), value)
+    value = xp.where(size == 0.0, either(up, 0.0, xp.inf, x), size_of_power)
+    value = xp.where(size == xp.inf, either(up, xp.inf, 0.0, x), value)
     half = 0.5 * y
-    whole = jnp.floor(y) == y
-    odd = whole & (jnp.floor(half) != half)
-    value = jnp.where(odd & (bits(x) < 0), -value, value)
-    number = (x == x) & (y == y) & (whole | (x >= 0.0) | (size == jnp.inf))
-    return jnp.where((y == 0.0) | (x == 1.0), 1.0, jnp.where(number, value, jnp.nan))
+    whole = xp.floor(y) == y
+    odd = whole & (xp.floor(half) != half)
+    value = xp.where(odd & (bits(x) < 0), -value, value)
+    number = (x == x) & (y == y) & (whole | (x >= 0.0) | (size == xp.inf))
+    return xp.where((y == 0.0) | (x == 1.0), 1.0, xp.where(number, value, xp.nan))
 
 
-def _log2(size: Scalar) -> tuple[Scalar, Scalar]:
+def _log2(size: Real) -> tuple[Real, Real]:
     """log₂ of a number > 0 as the sum of a head and a rest."""
+    xp = namespace(size)
     t = _tables(size)
     n, f = split(size)
     m = 1.0 + f
     low = m < 0.5 * math.sqrt(3.0)
-    m, n = jnp.where(low, m + m, m), jnp.where(low, n - 1.0, n)
+    m, n = xp.where(low, m + m, m), xp.where(low, n - 1.0, n)
     upper = m > math.sqrt(1.5)
-    b = jnp.where(upper, 1.5, 1.0)
+    b = either(upper, 1.5, 1.0, m)
     above, inverse = m - b, 1.0 / (m + b)
     s = above * inverse
     first = head(s, _CUT)
@@ -139,42 +128,36 @@ def _log2(size: Scalar) -> tuple[Scalar, Scalar]:
     large = head(product + more, _CUT)
     small = more - (large - product)
     high = t.factor[0] * large
-    tail = t.factor[1] * large + small * sum(t.factor) + jnp.where(upper, t.base[1], 0.0)
-    base = jnp.where(upper, t.base[0], 0.0)
+    tail = t.factor[1] * large + small * sum(t.factor) + either(upper, t.base[1], 0.0, m)
+    base = either(upper, t.base[0], 0.0, m)
     total = head(((high + tail) + base) + n, _CUT)
     return total, tail - (((total - n) - base) - high)
 
 
-def _times(y: Scalar, first: Scalar, second: Scalar) -> tuple[Scalar, Scalar]:
+def _times(y: Real, first: Real, second: Real) -> tuple[Real, Real]:
     """y (first + second) as a sum, within the exponents of numbers."""
+    xp = namespace(y)
     cut = head(y, _CUT)
     low, high = (y - cut) * first + y * second, cut * first
     limit = 1.08 * format_of(y).bias + 26.0
     total = low + high
-    inside = jnp.abs(total) < limit
-    bounded = jnp.minimum(jnp.maximum(total, -limit), limit)
-    return jnp.where(inside, high, bounded), jnp.where(inside, low, 0.0)
+    inside = xp.abs(total) < limit
+    bounded = xp.minimum(xp.maximum(total, -limit), limit)
+    return xp.where(inside, high, bounded), xp.where(inside, low, 0.0)
 
 
-def _exponential(high: Scalar, low: Scalar) -> Scalar:
+def _exponential(high: Real, low: Real) -> Real:
     """2^(high + low)."""
+    xp = namespace(high)
     t = _tables(high)
-    k = jnp.round(high + low)
+    k = xp.round(high + low)
     high = high - k
     cut = head(high + low, _CUT)
     first = cut * t.ln2[0]
-    second = (low - (cut - high)) * math.log(2.0) + cut * t.ln2[1]
+    second = (low - (cut - high)) * LN2 + cut * t.ln2[1]
     total = first + second
     return scaled(1.0 + exp_of_sum(total, second - (total - first)), k)
 
 
-def _power_slopes(x: Scalar, y: Scalar, value: Scalar) -> tuple[Scalar, Scalar]:
-    along_x = jnp.where(y == 0.0, 0.0, y * power(x, jnp.where(y == 0.0, 1.0, y - 1.0)))
-    return along_x, value * log(jnp.where(x > 0.0, x, 1.0))
-
-
-_power = of_two(_raised, _power_slopes)
-
-
-def _tables(x: Scalar) -> _Tables:
+def _tables(x: Real) -> _Tables:
     return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64

@@ -7,16 +7,16 @@ The largest errors that the functions name are those against mpmath of
 `pytest -s --slow -k many_numbers tests/physics/test_elementary.py`, subnormal arguments and results included.
 """
 
-from rvjax.physics.elementary.cube_root import cbrt
-from rvjax.physics.elementary.error_function import erf
-from rvjax.physics.elementary.exponential import exp, exp2, expm1
-from rvjax.physics.elementary.hyperbolic import cosh, sinh, tanh
-from rvjax.physics.elementary.inverse_hyperbolic import acosh, asinh, atanh
-from rvjax.physics.elementary.inverse_trigonometric import acos, asin, atan, atan2
-from rvjax.physics.elementary.logarithms import log, log1p, log2
-from rvjax.physics.elementary.powers import integer_power, power
-from rvjax.physics.elementary.tangent import tan
-from rvjax.physics.elementary.trigonometric import cos, sin
+from rvjax.elementary.cube_root import cbrt
+from rvjax.elementary.error_function import erf
+from rvjax.elementary.exponential import exp, exp2, expm1
+from rvjax.elementary.hyperbolic import cosh, sinh, tanh
+from rvjax.elementary.inverse_hyperbolic import acosh, asinh, atanh
+from rvjax.elementary.inverse_trigonometric import acos, asin, atan, atan2
+from rvjax.elementary.logarithms import log, log1p, log2
+from rvjax.elementary.powers import integer_power, power
+from rvjax.elementary.tangent import tan
+from rvjax.elementary.trigonometric import cos, sin
 
 __all__ = [
     "acos",

@@ -13,13 +13,9 @@ results below the smallest normal number are rounded only once. W. Cody, W. Wait
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
-import jax.numpy as jnp
-
-from rvjax.physics.elementary.formats import FLOAT32, elementary, format_of, polynomial, power_of_two, scaled
-from rvjax.physics.vectors import Scalar
+from rvjax.elementary.formats import FLOAT32, LN2, Real, arithmetic, format_of, namespace, polynomial, power_of_two, scaled
 
 
 class _Tables(NamedTuple):
@@ -78,59 +74,62 @@ _FLOAT32 = _Tables(
 )
 
 
-@elementary(lambda x, y: math.log(2.0) * y)
-def exp2(x: Scalar) -> Scalar:
+@arithmetic
+def exp2(x: Real) -> Real:
     """2^x; a whole x gives a power of two. Error: at most 1.2 units in the last place in both types."""
+    xp = namespace(x)
     t, form = _tables(x), format_of(x)
-    x = jnp.minimum(jnp.maximum(x, -1.0 * (form.bias + form.digits + 2)), form.bias + 2.0)
-    k = jnp.round(x)
+    x = xp.minimum(xp.maximum(x, -1.0 * (form.bias + form.digits + 2)), form.bias + 2.0)
+    k = xp.round(x)
     rest = x - k
     return scaled(1.0 + rest * polynomial(rest, t.base_two), k)
 
 
-def exp_of_sum(x: Scalar, rest: Scalar) -> Scalar:
+def exp_of_sum(x: Real, rest: Real) -> Real:
     """e^(x + rest) − 1 for |x| ≤ ln 2/2 and a rest below the last place of x."""
     return x + (x * x * polynomial(x, _tables(x).fit) + (rest + x * rest))
 
 
-def _parts(x: Scalar) -> tuple[Scalar, Scalar]:
+def _parts(x: Real) -> tuple[Real, Real]:
     """(m, k): e^x = 2^k m."""
+    xp = namespace(x)
     t = _tables(x)
-    x = jnp.minimum(jnp.maximum(x, t.lowest), t.highest)
-    k = jnp.round(x * (1.0 / math.log(2.0)))
+    x = xp.minimum(xp.maximum(x, t.lowest), t.highest)
+    k = xp.round(x * (1.0 / LN2))
     r = (x - k * t.parts[0]) - k * t.parts[1]
     return 1.0 + (r + r * r * polynomial(r, t.fit)), k
 
 
-def _tables(x: Scalar) -> _Tables:
+def _tables(x: Real) -> _Tables:
     return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64
 
 
-@elementary(lambda x, y: y)
-def exp(x: Scalar) -> Scalar:
+@arithmetic
+def exp(x: Real) -> Real:
     """e^x. Error: at most 1.0 unit in the last place in both types."""
     mantissa, k = _parts(x)
     return scaled(mantissa, k)
 
 
-def half_exp(x: Scalar) -> Scalar:
+def half_exp(x: Real) -> Real:
     """e^x/2, finite also where e^x is not."""
     mantissa, k = _parts(x)
     return scaled(mantissa, k - 1.0)
 
 
-@elementary(lambda x, y: exp(x))
-def expm1(x: Scalar) -> Scalar:
+@arithmetic
+def expm1(x: Real) -> Real:
     """e^x − 1, with all digits near 0: what r loses to rounding is added to its square.
 
     Error: at most 1.8 (float64) or 1.9 (float32) units in the last place.
     """
+    xp = namespace(x)
     t = _tables(x)
-    inside = jnp.minimum(jnp.maximum(x, -1.0 * format_of(x).digits), t.highest - 1.0)
-    k = jnp.round(inside * (1.0 / math.log(2.0)))
+    inside = xp.minimum(xp.maximum(x, -1.0 * format_of(x).digits), t.highest - 1.0)
+    k = xp.round(inside * (1.0 / LN2))
     first, second = inside - k * t.parts[0], k * t.parts[1]
     r = first - second
     rest = (first - r) - second
     half = power_of_two(k - 1.0)  # 2^k itself may be infinite
     y = 2.0 * (half * (r + (r * r * polynomial(r, t.fit) + rest)) + (half - 0.5))
-    return jnp.where(jnp.abs(x) < 2.0 ** -(format_of(x).digits + 2), x, y)
+    return xp.where(xp.abs(x) < 2.0 ** -(format_of(x).digits + 2), x, y)

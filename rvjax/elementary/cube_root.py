@@ -10,35 +10,47 @@ times ∛2 or ∛½; tests/physics/test_elementary_fits.py. The step is that of 
 
 from __future__ import annotations
 
-import jax.numpy as jnp
-
-from rvjax.physics.elementary.formats import FLOAT32, elementary, format_of, head, polynomial, power_of_two, with_sign
-from rvjax.physics.elementary.logarithms import split_normal
-from rvjax.physics.vectors import Scalar
+from rvjax.elementary.formats import (
+    FLOAT32,
+    Real,
+    arithmetic,
+    either,
+    format_of,
+    head,
+    namespace,
+    polynomial,
+    power_of_two,
+    with_sign,
+)
+from rvjax.elementary.logarithms import split_normal
 
 _FIT = (0.45368850939437955, 0.8967392149830209, -0.5237666939876867, 0.2093460512115113, -0.03600019208330247)
 """Coefficients of P, from the lowest."""
 
+_ROOTS = (1.2599210498948732, 0.7937005259840998)
+"""∛2, ∛½."""
 
-@elementary(lambda x, y: 1.0 / (3.0 * y * y))
-def cbrt(x: Scalar) -> Scalar:
+
+@arithmetic
+def cbrt(x: Real) -> Real:
     """The cube root, odd in every bit. Error: at most 0.7 (float64) or 0.9 (float32) units in the last place."""
+    xp = namespace(x)
     form = format_of(x)
-    size = jnp.abs(x)
+    size = xp.abs(x)
     small = size < form.tiny
     thirds = 18.0 if form is not FLOAT32 else 8.0
-    k, f, _ = split_normal(jnp.where(small, size * 2.0 ** (3.0 * thirds), size))
-    q = jnp.round(k * (1.0 / 3.0))
+    k, f, _ = split_normal(xp.where(small, size * 2.0 ** (3.0 * thirds), size))
+    q = xp.round(k * (1.0 / 3.0))
     over = k - 3.0 * q
     m = 1.0 + f
-    t = polynomial(m, _FIT) * jnp.where(over > 0.0, 2.0 ** (1 / 3), jnp.where(over < 0.0, 0.5 ** (1 / 3), 1.0))
-    m = m * jnp.where(over > 0.0, 2.0, jnp.where(over < 0.0, 0.5, 1.0))
+    t = polynomial(m, _FIT) * either(over > 0.0, _ROOTS[0], xp.where(over < 0.0, _ROOTS[1], 1.0), m)
+    m = m * either(over > 0.0, 2.0, xp.where(over < 0.0, 0.5, 1.0), m)
     t = t if form is FLOAT32 else _closer(t, m)
-    t = _closer(head(t, (30, 12)), m) * power_of_two(jnp.where(small, q - thirds, q))
-    return jnp.where(size > 0.0, jnp.where(size < jnp.inf, with_sign(t, x), x), x)
+    t = _closer(head(t, (30, 12)), m) * power_of_two(xp.where(small, q - thirds, q))
+    return xp.where(size > 0.0, xp.where(size < xp.inf, with_sign(t, x), x), x)
 
 
-def _closer(t: Scalar, m: Scalar) -> Scalar:
+def _closer(t: Real, m: Real) -> Real:
     """The next approximation of the cube root of m."""
     quotient = m / (t * t)
     return t + t * ((quotient - t) / (t + t + quotient))

@@ -16,10 +16,7 @@ import math
 from functools import reduce
 from typing import NamedTuple
 
-import jax.numpy as jnp
-import numpy as np
-
-from rvjax.physics.vectors import Scalar
+from rvjax.elementary.formats import FLOAT32, Real, arithmetic, format_of, namespace
 
 
 class _Tables(NamedTuple):
@@ -48,28 +45,34 @@ _FLOAT32 = _Tables(
 )
 
 
-def sin(x: Scalar) -> Scalar:
+@arithmetic
+def sin(x: Real) -> Real:
     """sin x; x in rad."""
-    half = jnp.round(x * (1.0 / math.pi))
+    xp = namespace(x)
+    half = xp.round(x * (1.0 / math.pi))
     return _alternate(half) * _sine(x, 2.0 * half)
 
 
-def cos(x: Scalar) -> Scalar:
+@arithmetic
+def cos(x: Real) -> Real:
     """cos x; x in rad."""
-    half = jnp.round(x * (1.0 / math.pi) - 0.5)
+    xp = namespace(x)
+    half = xp.round(x * (1.0 / math.pi) - 0.5)
     return -_alternate(half) * _sine(x, 2.0 * half + 1.0)
 
 
-def _alternate(n: Scalar) -> Scalar:
+def _alternate(n: Real) -> Real:
     """(−1)ⁿ of a whole number."""
-    return 1.0 - 2.0 * (n - 2.0 * jnp.floor(0.5 * n))
+    xp = namespace(n)
+    return 1.0 - 2.0 * (n - 2.0 * xp.floor(0.5 * n))
 
 
-def _sine(x: Scalar, quarters: Scalar) -> Scalar:
+def _sine(x: Real, quarters: Real) -> Real:
     """sin(x − quarters π/2) of a difference within ±π/2."""
-    tables = _FLOAT32 if jnp.result_type(x) == np.float32 else _FLOAT64
+    xp = namespace(x)
+    tables = _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64
     r = reduce(lambda rest, part: rest - quarters * part, tables.parts, x)
-    r = jnp.clip(r, -0.5 * math.pi, 0.5 * math.pi)
+    r = xp.clip(r, -0.5 * math.pi, 0.5 * math.pi)
     square = r * r
     fit = reduce(lambda value, coefficient: value * square + coefficient, reversed(tables.fit))
     return r + r * square * fit

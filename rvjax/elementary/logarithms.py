@@ -11,13 +11,9 @@ coefficients: tests/physics/test_elementary_fits.py.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
-import jax.numpy as jnp
-
-from rvjax.physics.elementary.formats import FLOAT32, bits, elementary, format_of, number, polynomial
-from rvjax.physics.vectors import Scalar
+from rvjax.elementary.formats import FLOAT32, LN2, Real, arithmetic, bits, either, format_of, namespace, number, polynomial
 
 
 class _Tables(NamedTuple):
@@ -48,20 +44,21 @@ _FLOAT32 = _Tables(
 )
 
 
-@elementary(lambda x, y: 1.0 / x)
-def log(x: Scalar) -> Scalar:
+@arithmetic
+def log(x: Real) -> Real:
     """ln x. −∞ at ±0, NaN below. Error: at most 0.8 units in the last place in both types."""
     k, f = split(x)
     t = _tables(x)
     return _by_sign(x, x, k * t.parts[0] - (_bend(f, k * t.parts[1]) - f))
 
 
-@elementary(lambda x, y: 1.0 / (1.0 + x))
-def log1p(x: Scalar) -> Scalar:
+@arithmetic
+def log1p(x: Real) -> Real:
     """ln(1 + x), with all digits near 0: what 1 + x loses to rounding is added to f.
 
     Error: at most 1.3 units in the last place in both types.
     """
+    xp = namespace(x)
     one = 1.0 + x
     most = 1.0 - one  # not one − 1, which XLA takes for x
     lost = (1.0 - (one + most)) + (x + most)
@@ -69,42 +66,44 @@ def log1p(x: Scalar) -> Scalar:
     f = f + 0.5 * lost * shrink
     t = _tables(x)
     y = _by_sign(one, x, k * t.parts[0] - (_bend(f, k * t.parts[1]) - f))
-    return jnp.where(jnp.abs(x) < 2.0 ** -(format_of(x).digits + 2), x, y)
+    return xp.where(xp.abs(x) < 2.0 ** -(format_of(x).digits + 2), x, y)
 
 
-@elementary(lambda x, y: (1.0 / math.log(2.0)) / x)
-def log2(x: Scalar) -> Scalar:
+@arithmetic
+def log2(x: Real) -> Real:
     """The logarithm to base 2; whole where x is a power of two.
 
     Error: at most 1.6 (float64) or 1.7 (float32) units in the last place.
     """
     k, f = split(x)
-    return _by_sign(x, x, k + (f - _bend(f, 0.0)) * (1.0 / math.log(2.0)))
+    return _by_sign(x, x, k + (f - _bend(f, 0.0)) * (1.0 / LN2))
 
 
-def split(x: Scalar) -> tuple[Scalar, Scalar]:
+def split(x: Real) -> tuple[Real, Real]:
     """(k, f) of a number x > 0, also where it is below the smallest normal number."""
+    xp = namespace(x)
     form = format_of(x)
     small = x < form.tiny
-    k, f, _ = split_normal(jnp.where(small, x * 2.0 ** (form.digits + 2), x))
-    return jnp.where(small, k - (form.digits + 2.0), k), f
+    k, f, _ = split_normal(xp.where(small, x * 2.0 ** (form.digits + 2), x))
+    return xp.where(small, k - (form.digits + 2.0), k), f
 
 
-def split_normal(x: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+def split_normal(x: Real) -> tuple[Real, Real, Real]:
     """(k, f, 2^(1−k)) of a normal number x > 0."""
+    xp = namespace(x)
     form = format_of(x)
     whole = bits(x)
     exponent = (whole - _tables(x).root) >> form.digits
     field = exponent << form.digits
-    k = number(exponent + bits(jnp.asarray(form.ones, x.dtype))) - form.ones
-    return k, number(whole - field) - 1.0, number(bits(jnp.asarray(2.0, x.dtype)) - field)
+    k = number(exponent + bits(xp.asarray(form.ones, x.dtype))) - form.ones
+    return k, number(whole - field) - 1.0, number(bits(xp.asarray(2.0, x.dtype)) - field)
 
 
-def _tables(x: Scalar) -> _Tables:
+def _tables(x: Real) -> _Tables:
     return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64
 
 
-def _bend(f: Scalar, more: Scalar) -> Scalar:
+def _bend(f: Real, more: Real) -> Real:
     """f − ln(1 + f) − more."""
     s = f / (2.0 + f)
     square = s * s
@@ -112,7 +111,8 @@ def _bend(f: Scalar, more: Scalar) -> Scalar:
     return half - (s * (half + square * polynomial(square, _tables(f).fit)) + more)
 
 
-def _by_sign(argument: Scalar, x: Scalar, y: Scalar) -> Scalar:
+def _by_sign(argument: Real, x: Real, y: Real) -> Real:
     """y for an argument in (0, ∞); ∞ for ∞, −∞ for 0, NaN below and for NaN."""
-    edge = jnp.where(argument == 0.0, -jnp.inf, jnp.nan)
-    return jnp.where(argument > 0.0, jnp.where(argument < jnp.inf, y, x), edge)
+    xp = namespace(argument)
+    edge = either(argument == 0.0, -xp.inf, xp.nan, argument)
+    return xp.where(argument > 0.0, xp.where(argument < xp.inf, y, x), edge)

@@ -15,10 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import jax.numpy as jnp
-
-from rvjax.physics.elementary.formats import FLOAT32, bits, elementary, format_of, of_two, polynomial, with_sign
-from rvjax.physics.vectors import Scalar
+from rvjax.elementary.formats import FLOAT32, Real, arithmetic, bits, either, format_of, namespace, polynomial, with_sign
 
 
 class _Tables(NamedTuple):
@@ -83,80 +80,73 @@ _FLOAT32 = _Tables(
 )
 
 
-@elementary(lambda x, y: 1.0 / (1.0 + x * x))
-def atan(x: Scalar) -> Scalar:
+@arithmetic
+def atan(x: Real) -> Real:
     """atan x in rad, odd in every bit. Error: at most 1.4 units in the last place in both types."""
-    size = jnp.abs(x)
+    xp = namespace(x)
+    size = xp.abs(x)
     far, middle = size > 2.0, size > 0.5
-    above = jnp.where(far, -1.0, jnp.where(middle, size - 1.0, size))
-    t = above / jnp.where(far, size, jnp.where(middle, size + 1.0, 1.0))
-    return with_sign(_angle(jnp.where(far, 2.0, jnp.where(middle, 1.0, 0.0)), 1.0, t), x)
+    above = xp.where(far, -1.0, xp.where(middle, size - 1.0, size))
+    t = above / xp.where(far, size, xp.where(middle, size + 1.0, 1.0))
+    return with_sign(_angle(either(far, 2.0, xp.where(middle, 1.0, 0.0), x), 1.0, t), x)
 
 
-def atan2(y: Scalar, x: Scalar) -> Scalar:
+@arithmetic
+def atan2(y: Real, x: Real) -> Real:
     """The angle of the vector (x, y) from the axis of x, in (−π, π], in rad; ±π and ±0 on that axis have the sign of y.
 
     Error: at most 1.5 (float64) or 1.4 (float32) units in the last place.
     """
-    return _atan2(y, x)
-
-
-def _angle_of(y: Scalar, x: Scalar) -> Scalar:
-    tall, wide = jnp.abs(y), jnp.abs(x)
-    less, more = jnp.minimum(tall, wide), jnp.maximum(tall, wide)
-    infinite = less == jnp.inf
-    less, more = jnp.where(infinite, 1.0, less), jnp.where(infinite, 1.0, more)
-    scale = jnp.where(more > 2.0 ** (format_of(x).bias - 3), 0.25, 1.0)  # less + more stays finite
+    xp = namespace(y)
+    tall, wide = xp.abs(y), xp.abs(x)
+    less, more = xp.minimum(tall, wide), xp.maximum(tall, wide)
+    infinite = less == xp.inf
+    less, more = xp.where(infinite, 1.0, less), xp.where(infinite, 1.0, more)
+    scale = either(more > 2.0 ** (format_of(x).bias - 3), 0.25, 1.0, x)  # less + more stays finite
     less, more = less * scale, more * scale
     middle = less > 0.5 * more
-    below = jnp.where(middle, less + more, more)
-    t = jnp.where(middle, less - more, less) / jnp.where(below == 0.0, 1.0, below)
+    below = xp.where(middle, less + more, more)
+    t = xp.where(middle, less - more, less) / xp.where(below == 0.0, 1.0, below)
     steep, back = tall > wide, bits(x) < 0
-    quarters = jnp.where(middle, 1.0, 0.0)
-    quarters = jnp.where(steep, 2.0 - quarters, quarters)
-    quarters = jnp.where(back, 4.0 - quarters, quarters)
-    return with_sign(_angle(quarters, jnp.where(steep ^ back, -1.0, 1.0), t), y)
+    quarters = either(middle, 1.0, 0.0, x)
+    quarters = xp.where(steep, 2.0 - quarters, quarters)
+    quarters = xp.where(back, 4.0 - quarters, quarters)
+    return with_sign(_angle(quarters, either(steep ^ back, -1.0, 1.0, x), t), y)
 
 
-def _slopes(y: Scalar, x: Scalar, angle: Scalar) -> tuple[Scalar, Scalar]:
-    del angle
-    square = x * x + y * y
-    return x / square, -y / square
-
-
-_atan2 = of_two(_angle_of, _slopes)
-
-
-@elementary(lambda x, y: 1.0 / jnp.sqrt((1.0 - x) * (1.0 + x)))
-def asin(x: Scalar) -> Scalar:
+@arithmetic
+def asin(x: Real) -> Real:
     """asin x in rad, odd in every bit; NaN for |x| > 1. Error: at most 1.6 units in the last place in both types."""
-    size = jnp.abs(x)
+    xp = namespace(x)
+    size = xp.abs(x)
     far, s, tail = _from_end(size)
     first, second = _tables(x).quarter
     beyond = 2.0 * first - (2.0 * s + (2.0 * tail - 2.0 * second))
-    return with_sign(jnp.where(far, beyond, s + tail), x)
+    return with_sign(xp.where(far, beyond, s + tail), x)
 
 
-@elementary(lambda x, y: -1.0 / jnp.sqrt((1.0 - x) * (1.0 + x)))
-def acos(x: Scalar) -> Scalar:
+@arithmetic
+def acos(x: Real) -> Real:
     """acos x in rad; NaN for |x| > 1. Error: at most 1.1 units in the last place in both types."""
-    far, s, tail = _from_end(jnp.abs(x))
+    xp = namespace(x)
+    far, s, tail = _from_end(xp.abs(x))
     first, second = _tables(x).quarter
     signed, curved = with_sign(s, x), with_sign(tail, x)
     inside = 2.0 * first - (signed - (2.0 * second - curved))
-    beyond = jnp.where(x > 0.0, 2.0 * (s + tail), 4.0 * first - (2.0 * s + (2.0 * tail - 4.0 * second)))
-    return jnp.where(far, beyond, inside)
+    beyond = xp.where(x > 0.0, 2.0 * (s + tail), 4.0 * first - (2.0 * s + (2.0 * tail - 4.0 * second)))
+    return xp.where(far, beyond, inside)
 
 
-def _from_end(size: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+def _from_end(size: Real) -> tuple[Real, Real, Real]:
     """(|x| > ½, s, a(s) − s)."""
+    xp = namespace(size)
     far = size > 0.5
-    square = jnp.where(far, 0.5 * (1.0 - size), size * size)
-    s = jnp.where(far, jnp.sqrt(square), size)
+    square = xp.where(far, 0.5 * (1.0 - size), size * size)
+    s = xp.where(far, xp.sqrt(square), size)
     return far, s, s * square * polynomial(square, _tables(size).sine)
 
 
-def _angle(quarters: Scalar, sign: Scalar, t: Scalar) -> Scalar:
+def _angle(quarters: Real, sign: Real, t: Real) -> Real:
     """quarters π/4 + sign atan t."""
     tables = _tables(t)
     square = t * t
@@ -165,5 +155,5 @@ def _angle(quarters: Scalar, sign: Scalar, t: Scalar) -> Scalar:
     return quarters * first + (sign * t + (sign * tail + quarters * second))
 
 
-def _tables(x: Scalar) -> _Tables:
+def _tables(x: Real) -> _Tables:
     return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64

@@ -16,11 +16,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import jax.numpy as jnp
-
-from rvjax.physics.elementary import trigonometric
-from rvjax.physics.elementary.formats import FLOAT32, elementary, format_of, polynomial, with_sign_times
-from rvjax.physics.vectors import Scalar
+from rvjax.elementary import trigonometric
+from rvjax.elementary.formats import FLOAT32, Real, arithmetic, format_of, namespace, polynomial, with_sign_times
 
 
 class _Tables(NamedTuple):
@@ -50,15 +47,16 @@ _FLOAT32 = _Tables(
 )
 
 
-@elementary(lambda x, y: 1.0 + y * y)
-def tan(x: Scalar) -> Scalar:
+@arithmetic
+def tan(x: Real) -> Real:
     """tan x; x in rad, odd in every bit. NaN for ±∞.
 
     Error for |x| ≤ 1e8 rad (float64) or 1e4 rad (float32): at most 1.6 units in the last place. Beyond, digits are lost.
     """
+    xp = namespace(x)
     tables = _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64
-    size = jnp.abs(x)
-    n = jnp.round(size * (4.0 / math.pi))
+    size = xp.abs(x)
+    n = xp.round(size * (4.0 / math.pi))
     first, second, *others = (0.5 * part for part in tables.parts)
     r, lost = (size - n * first) - n * second, 0.0
     for part in others:
@@ -67,17 +65,18 @@ def tan(x: Scalar) -> Scalar:
     r, lost = _within(r, 0.4), _within(lost, 1e-6)
     square = r * r
     t = r + (r * square * polynomial(square, tables.fit) + lost)
-    quarter = n - 4.0 * jnp.floor(0.25 * n)
-    over, odd = quarter > 1.5, quarter - 2.0 * jnp.floor(0.5 * quarter) > 0.5
+    quarter = n - 4.0 * xp.floor(0.25 * n)
+    over, odd = quarter > 1.5, quarter - 2.0 * xp.floor(0.5 * quarter) > 0.5
     plus, minus = 1.0 + t, 1.0 - t
-    a, b = jnp.where(odd, plus, t), jnp.where(odd, minus, 1.0)
-    more_a, more_b = jnp.where(odd, (1.0 - plus) + t, 0.0), jnp.where(odd, (1.0 - minus) - t, 0.0)
-    below = jnp.where(over, a, b)
-    quotient = jnp.where(over, b, a) / below
-    correction = jnp.where(over, more_b, more_a) - quotient * jnp.where(over, more_a, more_b)
+    a, b = xp.where(odd, plus, t), xp.where(odd, minus, 1.0)
+    more_a, more_b = xp.where(odd, (1.0 - plus) + t, 0.0), xp.where(odd, (1.0 - minus) - t, 0.0)
+    below = xp.where(over, a, b)
+    quotient = xp.where(over, b, a) / below
+    correction = xp.where(over, more_b, more_a) - quotient * xp.where(over, more_a, more_b)
     y = quotient + correction * (0.5 + 0.5 * quotient)  # 1/below = (1 + quotient)/2 for odd n
-    return with_sign_times(jnp.where(over, -y, y), x)
+    return with_sign_times(xp.where(over, -y, y), x)
 
 
-def _within(x: Scalar, limit: float) -> Scalar:
-    return jnp.minimum(jnp.maximum(x, -limit), limit)
+def _within(x: Real, limit: float) -> Real:
+    xp = namespace(x)
+    return xp.minimum(xp.maximum(x, -limit), limit)
