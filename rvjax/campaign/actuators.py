@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -19,6 +18,7 @@ from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.short_choices import ALLOCATION
 from rvjax.campaign.thruster_layout import FEWEST, LAYOUTS, MOST, Layout, Margin, limits, margins, rank
 from rvjax.columns import CHANNELS
+from rvjax.elementary import length
 
 
 class Actuators(Model):
@@ -67,8 +67,8 @@ class Thruster(Model):
     @field_validator("along")
     @classmethod
     def _direction(cls, along: Triple) -> Triple:
-        if not 1e-100 < math.hypot(*along) < 1e100:
-            refuse(Problem(f"the length is {exact(math.hypot(*along))}", "accepted: a direction of any other length"))
+        if not 1e-100 < length(*along) < 1e100:
+            refuse(Problem(f"the length is {exact(length(*along))}", "accepted: a direction of any other length"))
         return along
 
 
@@ -146,7 +146,7 @@ class Thrusters(Model):
             assert self.size_m is not None
             assert self.max_N is not None
             return LAYOUTS[self.layout](self.size_m, self.max_N)
-        along = [np.array(thruster.along) / math.hypot(*thruster.along) for thruster in self.thrusters]
+        along = [np.array(thruster.along) / length(*thruster.along) for thruster in self.thrusters]
         return Layout(
             tuple(thruster.at_m for thruster in self.thrusters),
             tuple((float(x), float(y), float(z)) for x, y, z in along),

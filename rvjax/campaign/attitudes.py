@@ -18,6 +18,7 @@ from typing import Any
 
 from rvjax.campaign.plain_values import Place, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, refuse, unexpected
+from rvjax.elementary import cos, length, sin
 
 QUATERNION, EULER = "quaternion", "yaw_pitch_roll_deg"
 ORDERS = ("scalar_last", "scalar_first")
@@ -49,7 +50,7 @@ def _of_quaternion(given: Any) -> Mrp:
     place = (QUATERNION, order)
     form = "[x, y, z, w]" if order == ORDERS[0] else "[w, x, y, z]"
     q = _numbers(numbers, 4, f"accepted: 4 plain numbers {form}", place)
-    norm = math.hypot(*q)
+    norm = length(*q)
     if abs(norm - 1.0) > NEAR:
         refuse(Problem(f"the norm of the quaternion is {norm:.9g}", f"accepted: 1 within {NEAR:g}", place))
     vector, scalar = (q[:3], q[3]) if order == ORDERS[0] else (q[1:], q[0])
@@ -59,7 +60,7 @@ def _of_quaternion(given: Any) -> Mrp:
 def _of_angles(given: Any) -> Mrp:
     """Product of the three half turns q = q_z(ψ) q_y(θ) q_x(φ)."""
     angles = _numbers(given, 3, f"accepted: 3 plain numbers {_ANGLES}", (EULER,))
-    (cz, sz), (cy, sy), (cx, sx) = ((math.cos(half), math.sin(half)) for half in (math.radians(a) / 2.0 for a in angles))
+    (cz, sz), (cy, sy), (cx, sx) = ((float(cos(half)), float(sin(half))) for half in (math.radians(a) / 2.0 for a in angles))
     vector = [cz * cy * sx - sz * sy * cx, cz * sy * cx + sz * cy * sx, sz * cy * cx - cz * sy * sx]
     return _mrp(cz * cy * cx + sz * sy * sx, vector)
 
@@ -73,10 +74,9 @@ def _numbers(given: Any, count: int, accepted: str, place: Place) -> list[float]
 
 def _mrp(scalar: float, vector: list[float]) -> Mrp:
     """σ of the shorter turn, |σ| ≤ 1."""
-    norm = math.hypot(scalar, *vector)
+    norm = length(scalar, *vector)
     x, y, z = (math.copysign(1.0, scalar) * part / (norm + abs(scalar)) for part in vector)
-    length = math.hypot(x, y, z)
-    shrink = 1.0 - 2.0**-51 if length > 1.0 else 1.0  # half a turn, after rounding
+    shrink = 1.0 - 2.0**-51 if length(x, y, z) > 1.0 else 1.0  # half a turn, after rounding
     return x * shrink, y * shrink, z * shrink
 
 

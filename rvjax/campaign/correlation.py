@@ -25,6 +25,7 @@ from rvjax.campaign.distributions import Normal
 from rvjax.campaign.fields import Model, option
 from rvjax.campaign.plain_values import exact, is_list, is_number
 from rvjax.campaign.problems import Problem, refuse, unexpected
+from rvjax.elementary import sin
 
 LEAST = 1e-8
 """Eigenvalue of a correlation matrix that counts as above 0."""
@@ -43,7 +44,7 @@ Matrix = tuple[tuple[float, ...], ...]
 
 def normal_correlation(rank: Matrix) -> Matrix:
     """r = 2 sin(πρ/6) off the diagonal."""
-    return tuple(tuple(rho if abs(rho) == 1.0 else 2.0 * math.sin(math.pi * rho / 6.0) for rho in row) for row in rank)
+    return tuple(tuple(rho if abs(rho) == 1.0 else 2.0 * float(sin(math.pi * rho / 6.0)) for rho in row) for row in rank)
 
 
 def ties(matrix: Matrix) -> tuple[tuple[int, float], ...]:

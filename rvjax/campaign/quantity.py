@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -12,6 +11,7 @@ import numpy as np
 from rvjax.campaign.distributions import Distribution, Fixed, JointDistribution
 from rvjax.campaign.distributions.interface import Array
 from rvjax.campaign.thruster_layout import MOST, thruster_names
+from rvjax.elementary import length
 
 Shape = Literal["scalar", "vector", "channels", "thrusters"]
 
@@ -87,4 +87,4 @@ class Quantity:
         """sup |X| over every possible draw."""
         if self.joint is not None:
             return self.joint.radius
-        return math.hypot(*(max(abs(low), abs(high)) for low, high in self.supports))
+        return length(*(max(abs(low), abs(high)) for low, high in self.supports))

@@ -24,14 +24,15 @@ J. Guidance, Control, and Dynamics, 2002.
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rvjax.campaign.linear_program import reach
 from rvjax.columns import CHANNELS
 
 Values = NDArray[np.float64]
@@ -143,16 +144,8 @@ def margins(layout: Layout) -> tuple[Margin, ...]:
 
 def _reach(layout: Layout, channel: int, sign: float) -> float:
     """max λ with A x = ± λ e, 0 ≤ x ≤ 1, in the scale of the channel; 0 within rounding of 0."""
-    optimize: Any = import_module("scipy.optimize")  # takes a while, and most campaigns have no thrusters
-
-    a = _scaled(layout)
-    count = a.shape[1]
-    unit = np.zeros((6, 1))
-    unit[channel] = -sign
-    cost, rows = np.append(np.zeros(count), -1.0), np.hstack([a, unit])
-    solution = optimize.linprog(cost, A_eq=rows, b_eq=np.zeros(6), bounds=[(0, 1)] * (count + 1))
-    reach = float(solution.x[-1]) if solution.success else 0.0
-    return reach if reach > ROUNDING else 0.0
+    far = reach(_scaled(layout).tolist(), [sign if index == channel else 0.0 for index in range(6)])
+    return far if far > ROUNDING else 0.0
 
 
 def _scaled(layout: Layout) -> Values:
@@ -162,7 +155,7 @@ def _scaled(layout: Layout) -> Values:
 
 def _scale(layout: Layout) -> Values:
     """c = |B| f_max; 1 where nothing acts on a channel."""
-    scale = np.abs(layout.matrix) @ np.array(layout.most)
+    scale = np.array([math.fsum(row) for row in np.abs(layout.matrix) * np.array(layout.most)])
     return np.where(scale > 0.0, scale, 1.0)
 
 

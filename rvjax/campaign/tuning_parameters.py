@@ -12,7 +12,6 @@ Numbers have FOUR digits, so that the campaign that is written says exactly what
 from __future__ import annotations
 
 import json
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from pydantic_core import core_schema
 
 from rvjax.campaign.plain_values import describe, exact, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, refuse, unexpected
+from rvjax.elementary import log, power
 
 FOUR = 4
 MOST_LEVELS = 10_000
@@ -81,10 +81,10 @@ class Log(Span):
     """x = low (high/low)^u."""
 
     def exact(self, u: float) -> float:
-        return self.low * (self.high / self.low) ** u
+        return self.low * float(power(self.high / self.low, u))
 
     def inverse(self, x: float) -> float:
-        return math.log(x / self.low) / math.log(self.high / self.low)
+        return float(log(x / self.low) / log(self.high / self.low))
 
     def __str__(self) -> str:
         return f"{exact(self.low)} to {exact(self.high)}, by ratio"

@@ -7,13 +7,16 @@ The largest errors that the functions name are those against mpmath of
 `pytest -s --slow -k many_numbers tests/physics/test_elementary.py`, subnormal arguments and results included.
 """
 
+from rvjax.elementary.complementary_error_function import erfc, erfcx
 from rvjax.elementary.cube_root import cbrt
 from rvjax.elementary.error_function import erf
 from rvjax.elementary.exponential import exp, exp2, expm1
 from rvjax.elementary.hyperbolic import cosh, sinh, tanh
 from rvjax.elementary.inverse_hyperbolic import acosh, asinh, atanh
 from rvjax.elementary.inverse_trigonometric import acos, asin, atan, atan2
+from rvjax.elementary.lengths import length
 from rvjax.elementary.logarithms import log, log1p, log2
+from rvjax.elementary.normal import log_ndtr, ndtr, ndtri, ndtri_centred, ndtri_exp
 from rvjax.elementary.powers import integer_power, power
 from rvjax.elementary.tangent import tan
 from rvjax.elementary.trigonometric import cos, sin
@@ -30,13 +33,21 @@ __all__ = [
     "cos",
     "cosh",
     "erf",
+    "erfc",
+    "erfcx",
     "exp",
     "exp2",
     "expm1",
     "integer_power",
+    "length",
     "log",
     "log1p",
     "log2",
+    "log_ndtr",
+    "ndtr",
+    "ndtri",
+    "ndtri_centred",
+    "ndtri_exp",
     "power",
     "sin",
     "sinh",

@@ -27,6 +27,7 @@ precision rounding is amplified by 1/ε: shares are right to 1e-3, the wrench to
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -35,6 +36,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from rvjax.campaign.thruster_layout import Layout, limits
+from rvjax.elementary import pseudo_inverse as rational
 from rvjax.physics.vectors import Channels, Scalar, Thrusts, each, largest, total
 
 EPSILON = 1e-4
@@ -118,8 +120,9 @@ def pseudo_inverse(layout: Layout, centre: float = 0.5) -> Allocation:
     """f = clip(f₀ + B⁺(w − B f₀), 0, f_max),  f₀ = c f_max, as shares of f_max; centre: c."""
     weight, most = _weight(layout), np.array(layout.most)
     scaled = weight[:, None] * layout.matrix * most
-    inverse = np.linalg.pinv(scaled, rcond=1e-12) * weight
-    offset = centre - inverse @ (layout.matrix @ most) * centre
+    inverse = rational.pseudo_inverse(scaled) * weight
+    full = [math.fsum(row) for row in layout.matrix * most]
+    offset = [centre - math.fsum(row) * centre for row in inverse * full]
     rows = Matrix.of(inverse.T)
 
     def follow(w: Channels, solved: tuple[()]) -> Thrusts:

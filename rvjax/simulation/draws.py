@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from rvjax import elementary
 from rvjax.campaign import Quantity
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.schedule import Schedule
@@ -214,7 +215,7 @@ def _target(problem: Problem, draws: Draws) -> TargetMotion:
     anomaly = draws.take("target.orbit.true_anomaly_rad", target.orbit.true_anomaly_rad)
     turn = rotation(draws.take("target.attitude_mrp", target.attitude_mrp))
     parameter = axis * (1.0 - eccentricity**2)
-    cos, sin, zero = np.cos(anomaly), np.sin(anomaly), draws.same(0.0)
+    cos, sin, zero = elementary.cos(anomaly), elementary.sin(anomaly), draws.same(0.0)
     distance, speed = parameter / (1.0 + eccentricity * cos), np.sqrt(MU_EARTH / parameter)
     return TargetMotion(
         r=rotate(turn, Vector(distance * cos, distance * sin, zero)),
@@ -238,7 +239,7 @@ def _context(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers
         window_start_s=draws.same(duration - spec.capture.window_s),
         duration_s=draws.same(duration),
         last_onset_s=last,
-        cone=np.where(length > 0.0, np.cos(spec.corridor.half_angle_rad), -2.0),
+        cone=np.where(length > 0.0, elementary.cos(spec.corridor.half_angle_rad), -2.0),
         axis=port / np.where(length > 0.0, length, 1.0),
         step_s=draws.same(spec.horizon.step_s),
         margins=tuple(map(draws.same, problem.margins)),

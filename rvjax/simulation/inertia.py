@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rvjax.campaign import Quantity, Spec
 from rvjax.campaign.inertia import MatrixInertia, PrincipalInertia
 from rvjax.campaign.inertia_validity import about_centre, physical
+from rvjax.elementary import tan
 from rvjax.physics.vectors import Symmetric, Vector, rotation
 
 Values = NDArray[np.float64]
@@ -66,7 +67,8 @@ class Body:
         rows = [turn.a, turn.b, turn.c]
 
         def entry(i: int, j: int) -> Values:
-            return np.sum([m * p * q for m, p, q in zip(moments, rows[i].parts(), rows[j].parts(), strict=True)], axis=0)
+            x, y, z = (m * p * q for m, p, q in zip(moments, rows[i].parts(), rows[j].parts(), strict=True))
+            return x + y + z
 
         return tuple(entry(i, j) for i, j in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)))
 
@@ -77,7 +79,7 @@ class Body:
         if inertia.axis is None:
             return None
         (tilt,) = parts(f"{self.path}.tilt_rad", inertia.tilt_rad)
-        return Vector(*parts(f"{self.path}.axis", inertia.axis)) * np.tan(0.25 * tilt)
+        return Vector(*parts(f"{self.path}.axis", inertia.axis)) * tan(0.25 * tilt)
 
 
 def bodies(spec: Spec) -> tuple[Body, Body]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import betainc, betaincinv  # pyright: ignore[reportMissingTypeStubs]
+from scipy.special import betainc  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.campaign.distributions.interface import Array, array, between, ordered, positive
+from rvjax.elementary import exp, log
+from rvjax.elementary.incomplete_beta import beta_quantile
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,18 @@ class LogUniform:
         positive("low end", self.low)
         ordered(self.low, self.high)
 
+    @property
+    def _logs(self) -> tuple[float, float]:
+        return float(log(self.low)), float(log(self.high))
+
     def ppf(self, u: ArrayLike) -> Array:
         share = array(u)
-        return np.clip(np.exp(math.log(self.low) * (1.0 - share) + math.log(self.high) * share), self.low, self.high)
+        return np.clip(exp(self._logs[0] * (1.0 - share) + self._logs[1] * share), self.low, self.high)
 
     def cdf(self, x: ArrayLike) -> Array:
         inside = np.clip(array(x), self.low, self.high)
-        return (np.log(inside) - math.log(self.low)) / (math.log(self.high) - math.log(self.low))
+        low, high = self._logs
+        return (log(inside) - low) / (high - low)
 
     def scaled(self, factor: float) -> LogUniform:
         return LogUniform(self.low * factor, self.high * factor)
@@ -97,8 +103,7 @@ class Triangular:
 class Beta:
     """F(x) = I_z(a, b), z = (x − low)/(high − low): the regularised incomplete beta function on [low, high].
 
-    Its density goes with z^(a−1) (1 − z)^(b−1). Inverted from the nearer end, I_z(a, b) = u or I_{1−z}(b, a) = 1 − u, so both
-    tails keep their digits.
+    Its density goes with z^(a−1) (1 − z)^(b−1). Inverted from the nearer end, so both tails keep their digits.
     """
 
     a: float
@@ -114,7 +119,7 @@ class Beta:
 
     def ppf(self, u: ArrayLike) -> Array:
         share, width = array(u), self.high - self.low
-        z, rest = array(betaincinv(self.a, self.b, share)), array(betaincinv(self.b, self.a, 1.0 - share))
+        z, rest = beta_quantile(self.a, self.b, share)
         return np.clip(np.where(z < 0.5, self.low + width * z, self.high - width * rest), self.low, self.high)
 
     def cdf(self, x: ArrayLike) -> Array:

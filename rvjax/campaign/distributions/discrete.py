@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import pdtr, pdtrc  # pyright: ignore[reportMissingTypeStubs]
+from scipy.special import pdtr  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.campaign.distributions.interface import Array, array, between, positive
 
@@ -111,10 +111,20 @@ class Poisson:
 
     @cached_property
     def _counts(self) -> tuple[Array, Array, Array]:
-        """Counts, all that double precision can draw, their F, and their 1 − F."""
-        reach = 12.0 * math.sqrt(self.mean) + 60.0
-        k = np.arange(max(0.0, math.floor(self.mean - reach)), math.ceil(self.mean + reach))
-        return k, array(pdtr(k, self.mean)), array(pdtrc(k, self.mean))
+        """Counts, all that double precision can draw, their F, and their 1 − F.
+
+        P(k)/P(k − 1) = mean/k from the most likely count on, then divided by the sum.
+        """
+        reach, mode = 12.0 * math.sqrt(self.mean) + 60.0, math.floor(self.mean)
+        first = max(0.0, math.floor(self.mean - reach))
+        k = np.arange(first, math.ceil(self.mean + reach))
+        peak = int(mode - first)
+        rising = np.cumprod(k[peak:0:-1] / self.mean)[::-1]
+        falling = np.cumprod(self.mean / k[peak + 1 :])
+        shares = np.concatenate((rising, [1.0], falling))
+        shares = shares / math.fsum(shares)
+        beyond = np.append(np.cumsum(shares[:0:-1])[::-1], 0.0)
+        return k, np.cumsum(shares), beyond
 
     def ppf(self, u: ArrayLike) -> Array:
         share = array(u)

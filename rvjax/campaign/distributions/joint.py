@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rvjax.campaign.distributions.interface import Array, array, between, positive
+from rvjax.elementary import cbrt, cos, expm1, length, log1p, sin
 
 
 def _on_sphere(u: Array) -> Array:
     """z = 2u₁ − 1, azimuth 2πu₂ (Archimedes: the height of a uniform point on a sphere is uniform)."""
     z, azimuth = 2.0 * u[:, 0] - 1.0, 2.0 * math.pi * u[:, 1]
     across = 2.0 * np.sqrt(u[:, 0] * (1.0 - u[:, 0]))
-    return np.stack((across * np.cos(azimuth), across * np.sin(azimuth), z), axis=1)
+    return np.stack((across * cos(azimuth), across * sin(azimuth), z), axis=1)
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Ball:
 
     def ppf(self, u: ArrayLike) -> Array:
         share = array(u)
-        return self.radius * np.cbrt(share[:, 2:3]) * _on_sphere(share[:, :2])
+        return self.radius * cbrt(share[:, 2:3]) * _on_sphere(share[:, :2])
 
     def scaled(self, factor: float) -> Ball:
         return Ball(self.radius * factor)
@@ -71,10 +72,10 @@ class VonMisesFisher:
     @classmethod
     def of(cls, mean: tuple[float, float, float], kappa: float, radius: float) -> VonMisesFisher:
         """mean: of any length above 0."""
-        length = math.hypot(*mean)
-        positive("length of the mean", length)
+        norm = length(*mean)
+        positive("length of the mean", norm)
         x, y, z = mean
-        return cls((x / length, y / length, z / length), kappa, radius)
+        return cls((x / norm, y / norm, z / norm), kappa, radius)
 
     def __post_init__(self) -> None:
         between("kappa", self.kappa, 1e-6, 1e12)
@@ -82,12 +83,12 @@ class VonMisesFisher:
 
     def ppf(self, u: ArrayLike) -> Array:
         share = array(u)
-        t = -np.log1p(math.expm1(-2.0 * self.kappa) * share[:, 0]) / self.kappa
+        t = -log1p(expm1(-2.0 * self.kappa) * share[:, 0]) / self.kappa
         t = np.clip(t, 0.0, 2.0)
         azimuth, across = 2.0 * math.pi * share[:, 1], np.sqrt(t * (2.0 - t))
         first, second = self._beside()
         along = np.outer(1.0 - t, self.mean)
-        return self.radius * (along + np.outer(across * np.cos(azimuth), first) + np.outer(across * np.sin(azimuth), second))
+        return self.radius * (along + np.outer(across * cos(azimuth), first) + np.outer(across * sin(azimuth), second))
 
     def _beside(self) -> tuple[Array, Array]:
         """Two directions perpendicular to m and to each other (T. Duff et al., J. Computer Graphics Techniques 6:1, 2017)."""
@@ -119,8 +120,8 @@ class Attitude:
         share = array(u)
         first_root, other = np.sqrt(share[:, 0]), np.sqrt(1.0 - share[:, 0])
         first, second = 2.0 * math.pi * share[:, 1], 2.0 * math.pi * share[:, 2]
-        scalar = np.abs(first_root * np.cos(second))
-        vector = np.stack((first_root * np.sin(second), other * np.sin(first), other * np.cos(first)), axis=1)
+        scalar = np.abs(first_root * cos(second))
+        vector = np.stack((first_root * sin(second), other * sin(first), other * cos(first)), axis=1)
         return self.radius * vector / (1.0 + scalar)[:, None]
 
     def scaled(self, factor: float) -> Attitude:

@@ -8,10 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import erf, erfinv, log_ndtr, ndtr, ndtri, ndtri_exp  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.campaign.distributions.interface import ABOVE_ZERO, Array, array, between, ordered, positive, wide
 from rvjax.campaign.plain_values import exact
+from rvjax.elementary import erf, exp, log, log1p, log_ndtr, ndtr, ndtri, ndtri_centred, ndtri_exp
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ class TruncatedNormal:
 
     def ppf(self, u: ArrayLike) -> Array:
         a, b = self._ends()
-        share, rest = np.log(array(u)), np.log1p(-array(u))
-        left = np.logaddexp(rest + log_ndtr(a), share + log_ndtr(b))
-        right = np.logaddexp(rest + log_ndtr(-a), share + log_ndtr(-b))
+        share, rest = log(array(u)), log1p(-array(u))
+        left = _log_of_sum(rest + log_ndtr(a), share + log_ndtr(b))
+        right = _log_of_sum(rest + log_ndtr(-a), share + log_ndtr(-b))
         z = np.where(left < right, array(ndtri_exp(left)), -array(ndtri_exp(right)))
         return np.clip(self.mean + self.sd * z, self.low, self.high)
 
@@ -108,7 +108,7 @@ class HalfNormal:
         return math.inf
 
     def ppf(self, u: ArrayLike) -> Array:
-        return self.sd * math.sqrt(2.0) * erfinv(array(u))
+        return self.sd * ndtri_centred(0.5 * array(u))
 
     def cdf(self, x: ArrayLike) -> Array:
         return erf(np.maximum(array(x), 0.0) / (self.sd * math.sqrt(2.0)))
@@ -142,11 +142,16 @@ class LogNormal:
         return math.inf
 
     def ppf(self, u: ArrayLike) -> Array:
-        return self.median * np.exp(self.sigma_log * ndtri(array(u)))
+        return self.median * exp(self.sigma_log * ndtri(array(u)))
 
     def cdf(self, x: ArrayLike) -> Array:
         positive_x = np.maximum(array(x), ABOVE_ZERO)
-        return np.where(array(x) > 0.0, ndtr((np.log(positive_x) - math.log(self.median)) / self.sigma_log), 0.0)
+        return np.where(array(x) > 0.0, ndtr((log(positive_x) - log(self.median)) / self.sigma_log), 0.0)
 
     def scaled(self, factor: float) -> LogNormal:
         return LogNormal(self.median * factor, self.sigma_log)
+
+
+def _log_of_sum(x: Array, y: Array) -> Array:
+    """ln(e^x + e^y)."""
+    return np.maximum(x, y) + log1p(exp(-np.abs(x - y)))

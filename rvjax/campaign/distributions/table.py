@@ -47,7 +47,10 @@ class Empirical:
     def ppf(self, u: ArrayLike) -> Array:
         share, x = array(u), self._sorted
         if self.interpolate:
-            return np.interp(share * (len(x) - 1), np.arange(len(x)), x)
+            place = share * (len(x) - 1)
+            below = np.clip(np.floor(place), 0, max(len(x) - 2, 0)).astype(np.int64)
+            low, high, part = x[below], x[np.minimum(below + 1, len(x) - 1)], place - below
+            return np.clip((1.0 - part) * low + part * high, low, high)
         return x[np.clip(np.ceil(share * len(x)).astype(np.int64) - 1, 0, len(x) - 1)]
 
     def cdf(self, x: ArrayLike) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rvjax.campaign.distributions.interface import Array, array, between, wide
+from rvjax.elementary import expm1, log1p, power
 
 
 @dataclass(frozen=True)
@@ -31,10 +32,10 @@ class Exponential:
         return math.inf
 
     def ppf(self, u: ArrayLike) -> Array:
-        return -self.mean * np.log1p(-array(u))
+        return -self.mean * log1p(-array(u))
 
     def cdf(self, x: ArrayLike) -> Array:
-        return -np.expm1(-np.maximum(array(x), 0.0) / self.mean)
+        return -expm1(-np.maximum(array(x), 0.0) / self.mean)
 
     def scaled(self, factor: float) -> Exponential:
         return Exponential(self.mean * factor)
@@ -64,10 +65,10 @@ class Weibull:
         return math.inf
 
     def ppf(self, u: ArrayLike) -> Array:
-        return self.scale * (-np.log1p(-array(u))) ** (1.0 / self.shape)
+        return self.scale * power(-log1p(-array(u)), 1.0 / self.shape)
 
     def cdf(self, x: ArrayLike) -> Array:
-        return -np.expm1(-((np.maximum(array(x), 0.0) / self.scale) ** self.shape))
+        return -expm1(-power(np.maximum(array(x), 0.0) / self.scale, self.shape))
 
     def scaled(self, factor: float) -> Weibull:
         return Weibull(self.scale * factor, self.shape)

@@ -13,10 +13,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr, ndtri  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.campaign.correlation import Correlation, Matrix, ties
 from rvjax.components.samplers.interface import Points, Values
+from rvjax.elementary import ndtr, ndtri
 
 LEAST, MOST = 2.0**-54, 1.0 - 2.0**-53
 """Smallest and largest number of a stream."""
