@@ -11,7 +11,8 @@ def length(*parts: float) -> float:
         return math.inf if any(map(math.isinf, parts)) else math.nan
     shares = [float(part).as_integer_ratio() for part in parts]
     scale = max((below for _, below in shares), default=1)
-    square = sum((above * (scale // below)) ** 2 for above, below in shares) << 256
+    wholes = [above * (scale // below) for above, below in shares]
+    square = sum(whole * whole for whole in wholes) << 256
     root = math.isqrt(square)
     root |= root * root != square  # what is cut off decides a tie
     try:

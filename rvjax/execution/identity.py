@@ -17,15 +17,16 @@ import numpy as np
 import rvjax
 from rvjax.campaign.python_files import PythonFile
 from rvjax.components import installed_code
-from rvjax.components.registry import FAMILY_OF, members
+from rvjax.components.registry import FAMILY_OF, component, members
 from rvjax.cores import cores
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.engines.choice import engine_of
 from rvjax.simulation.problem import Problem
 
-DRAWING = ("numpy", "scipy")
-"""Packages whose version may change the last bits of draws."""
+COMPUTING = ("numpy", "scipy")
+"""Packages with which code that is not of this package may compute its constants. Draws and constants of this package are plain
+arithmetic (`rvjax.elementary`), and NumPy's has the same bits in every version."""
 
 COMPILING = ("jax", "jaxlib")
 """Packages whose version may change the last bits of flights with the engine `xla`. That of `llvm` hashes the whole program."""
@@ -47,14 +48,19 @@ def identity(problem: Problem) -> dict[str, Any]:
     """Everything that decides the bits of a chunk, apart from its number. Needs a configured process; starts JAX and traces the
     flight."""
     engine = engine_of(problem)
-    packages = DRAWING if engine.name == "llvm" else (*COMPILING, *DRAWING)
+    foreign = _foreign(problem)
+    packages = {
+        *(() if engine.name == "llvm" else COMPILING),
+        *component("samplers", problem.spec.sampler.use).packages,
+        *(COMPUTING if foreign else ()),
+    }
     return {
         "campaign": problem.fingerprint,
         "seed": problem.spec.seed,
         "rvjax": rvjax.__version__,
         "code": source_digest(FLYING),
-        "components": _foreign(problem),
-        "packages": {name: version(name) for name in packages},
+        "components": foreign,
+        "packages": {name: version(name) for name in sorted(packages)},
         **({} if problem.dispersions.extends else {PLAN: {"use": problem.spec.sampler.use, "samples": problem.spec.samples}}),
         "lanes": LANES,
         **engine.identity(Draws.of(problem, np.arange(1, dtype=np.int64))[1]),

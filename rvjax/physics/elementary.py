@@ -1,6 +1,6 @@
 """The elementary functions of `rvjax.elementary` for JAX: with derivatives, inlined under `jit`.
 
-The type of the result is that of the arguments, float64 or float32. Python numbers are evaluated at compile time and give a
+The type of the result is that of the arguments, float64 or float32. Python numbers are evaluated by NumPy and give a
 number that takes the type of what it meets, as in jnp. Errors: TypeError for other types.
 """
 
@@ -20,14 +20,14 @@ from rvjax.physics.vectors import Scalar
 Function = Callable[[Scalar], Scalar]
 
 
-def evaluated(function: Callable[..., Scalar], *arguments: Scalar) -> Scalar:
-    """function(*arguments) in their common type."""
+def evaluated(function: Callable[..., Scalar], inner: Callable[..., Scalar], *arguments: Scalar) -> Scalar:
+    """inner(*arguments) in their common type; of Python numbers function(*arguments), by NumPy, which contracts nothing."""
     if all(type(x) in (bool, int, float) for x in arguments):
         with jax.ensure_compile_time_eval():
-            return jnp.asarray(float(function(*(jnp.asarray(float(x)) for x in arguments))))
+            return jnp.asarray(float(function(*map(float, arguments))))
     dtype = jnp.result_type(*arguments)
     dtype = dtype if jnp.issubdtype(dtype, jnp.floating) else jnp.result_type(float)
-    return function(*(jnp.asarray(x, dtype=dtype) for x in arguments))
+    return inner(*(jnp.asarray(x, dtype=dtype) for x in arguments))
 
 
 def differentiable(function: Function, slope: Callable[[Scalar, Scalar], Scalar]) -> Function:
@@ -39,7 +39,7 @@ def differentiable(function: Function, slope: Callable[[Scalar, Scalar], Scalar]
         return y, slope(*primals, y) * tangents[0]
 
     inner.defjvp(rule)
-    return wraps(function)(partial(evaluated, inner))
+    return wraps(function)(partial(evaluated, function, inner))
 
 
 def differentiable_of_two(
@@ -57,19 +57,19 @@ def differentiable_of_two(
 
     @wraps(function)
     def outer(x: Scalar, y: Scalar) -> Scalar:
-        return evaluated(lambda *both: inner(*jnp.broadcast_arrays(*both)), x, y)
+        return evaluated(function, lambda *both: inner(*jnp.broadcast_arrays(*both)), x, y)
 
     return outer
 
 
 def sin(x: Scalar) -> Scalar:
     """sin x; x in rad. Its derivative is that of the polynomial."""
-    return evaluated(elementary.sin, x)
+    return evaluated(elementary.sin, elementary.sin, x)
 
 
 def cos(x: Scalar) -> Scalar:
     """cos x; x in rad. Its derivative is that of the polynomial."""
-    return evaluated(elementary.cos, x)
+    return evaluated(elementary.cos, elementary.cos, x)
 
 
 exp = differentiable(elementary.exp, lambda x, y: y)

@@ -214,7 +214,7 @@ def _target(problem: Problem, draws: Draws) -> TargetMotion:
     axis = draws.take("target.orbit.semi_major_axis_m", target.orbit.semi_major_axis_m)
     anomaly = draws.take("target.orbit.true_anomaly_rad", target.orbit.true_anomaly_rad)
     turn = rotation(draws.take("target.attitude_mrp", target.attitude_mrp))
-    parameter = axis * (1.0 - eccentricity**2)
+    parameter = axis * (1.0 - eccentricity * eccentricity)
     cos, sin, zero = elementary.cos(anomaly), elementary.sin(anomaly), draws.same(0.0)
     distance, speed = parameter / (1.0 + eccentricity * cos), np.sqrt(MU_EARTH / parameter)
     return TargetMotion(
@@ -232,7 +232,7 @@ def _context(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers
     for fault in faults:
         for onset in fault.onset_s.parts():
             last = np.where(onset <= duration, np.maximum(last, onset), last)
-    length = np.sqrt(sum(part**2 for part in port.parts()))
+    length = np.sqrt(sum(part * part for part in port.parts()))
     return MetricContext(
         tube_m=draws.same(spec.capture.position_m),
         tube_mrp=draws.same(spec.capture.attitude_mrp),

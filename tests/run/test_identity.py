@@ -10,7 +10,9 @@ import pytest
 
 import rvjax
 from rvjax.components.registry import FAMILY_OF
-from rvjax.execution.identity import FLYING, source_digest
+from rvjax.execution.identity import FLYING, identity, source_digest
+from rvjax.simulation.problem import load
+from tests.short import CAMPAIGN
 
 ROOT = Path(rvjax.__file__).parent
 WITHOUT_NUMBERS = {
@@ -80,6 +82,20 @@ def test_every_family_that_flies_is_in_the_identity() -> None:
 def test_every_part_exists() -> None:
     """Kills: a renamed package that silently falls out of the identity."""
     assert [part for part in FLYING if not (ROOT / part).exists()] == []
+
+
+@pytest.mark.parametrize(
+    ("overrides", "named"),
+    [
+        (("engine=llvm",), set[str]()),
+        (("engine=llvm", "sampler={use: latin-hypercube}", "require=[]"), set[str]()),
+        (("engine=llvm", "sampler={use: sobol}", "require=[]"), {"numpy", "scipy"}),
+        (("engine=xla",), {"jax", "jaxlib"}),
+    ],
+)
+def test_versions_that_change_no_bit_are_not_part_of_it(overrides: tuple[str, ...], named: set[str]) -> None:
+    """Kills: a run that another NumPy refuses to resume although it draws the same; a sampler of SciPy without its version."""
+    assert set(identity(load(CAMPAIGN, overrides))["packages"]) == named
 
 
 def test_the_digest_is_of_these_files_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,11 +67,15 @@ class Scheme:
 
 @dataclass(frozen=True)
 class Sampling(Component[P]):
-    """A sampler. design: whether its samples are independent; those of a user's file count as exploration, whatever it says."""
+    """A sampler. design: whether its samples are independent; those of a user's file count as exploration, whatever it says.
+
+    packages: distributions whose version may change its numbers.
+    """
 
     family: ClassVar[str] = "samplers"
 
     design: SamplingDesign = field(default=Exploration(), kw_only=True)
+    packages: tuple[str, ...] = field(default=(), kw_only=True)
 
 
 PLACE = ("sampler",)

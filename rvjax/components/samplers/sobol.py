@@ -98,4 +98,6 @@ def _problems(setting: Setting) -> Iterable[Problem]:
         yield Problem(f"{dimensions:,} dimensions", f"accepted: at most {MOST_DIMENSIONS:,}", PLACE)
 
 
-COMPONENT = Sampling(Parameters, lambda parameters: Scheme(Sobol.of, _problems), design=Exploration())
+COMPONENT = Sampling(
+    Parameters, lambda parameters: Scheme(Sobol.of, _problems), design=Exploration(), packages=("numpy", "scipy")
+)
