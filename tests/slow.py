@@ -18,6 +18,7 @@ SLOW = frozenset(
         "cli/test_program.py::test_a_stopped_run_keeps_its_chunks_and_says_how_to_go_on[15-143]",
         "docs/test_extending.py::test_other_components_join_the_campaign",
         "docs/test_python_page.py::test_the_page_runs",
+        "elementary/test_normal.py::test_every_digit_is_there_at_many_numbers",
         "engines/test_flights.py::test_every_shipped_flight_is_that_of_the_interpreter",
         "engines/test_flights.py::test_the_processor_changes_no_bit[docking-faulted.yaml-16 lanes]",
         "engines/test_flights.py::test_the_processor_changes_no_bit[navigation.yaml-16 lanes]",

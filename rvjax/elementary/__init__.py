@@ -1,10 +1,11 @@
 """Elementary functions by arithmetic only: sums, products, quotients, roots, comparisons and bits, no call of a library.
 
-Their bits depend on neither the C library nor the width of a vector register. float64 and float32; the type of the result is
-that of the argument. Errors: TypeError for other types.
+Their bits depend on neither the C library, the processor nor the version of NumPy. float64 and float32, and float64 alone for the
+normal law and erfc; the type of the result is that of the argument. Errors: TypeError for other types.
 
-The largest errors that the functions name are those against mpmath of
-`pytest -s --slow -k many_numbers tests/physics/test_elementary.py`, subnormal arguments and results included.
+They take numbers and arrays of NumPy and arrays of JAX; `rvjax.physics.elementary` gives those of JAX their derivatives. The largest
+errors that they name are those against mpmath of `pytest -s --slow -k many_numbers tests/elementary tests/physics/test_elementary.py`,
+subnormal arguments and results included.
 """
 
 from rvjax.elementary.complementary_error_function import erfc, erfcx

@@ -84,6 +84,12 @@ def format_of(x: Real) -> Format:
     raise TypeError(f"an elementary function of {x.dtype} numbers: float64 and float32 are accepted")
 
 
+def only_float64(x: Real) -> None:
+    """Errors: TypeError for another type."""
+    if format_of(x) is not FLOAT64:
+        raise TypeError(f"a function of {x.dtype} numbers: float64 is accepted")
+
+
 def bits(x: Real) -> Real:
     """The bits of a number as an integer."""
     return x.view(format_of(x).whole)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from decimal import Context, Decimal, localcontext
 from functools import cached_property
+from itertools import accumulate
 from typing import ClassVar
 
 import numpy as np
@@ -113,18 +115,19 @@ class Poisson:
     def _counts(self) -> tuple[Array, Array, Array]:
         """Counts, all that double precision can draw, their F, and their 1 − F.
 
-        P(k)/P(k − 1) = mean/k from the most likely count on, then divided by the sum.
+        P(k)/P(k − 1) = mean/k from the most likely count on, divided by the sum, in decimal arithmetic of 30 digits.
         """
-        reach, mode = 12.0 * math.sqrt(self.mean) + 60.0, math.floor(self.mean)
-        first = max(0.0, math.floor(self.mean - reach))
-        k = np.arange(first, math.ceil(self.mean + reach))
-        peak = int(mode - first)
-        rising = np.cumprod(k[peak:0:-1] / self.mean)[::-1]
-        falling = np.cumprod(self.mean / k[peak + 1 :])
-        shares = np.concatenate((rising, [1.0], falling))
-        shares = shares / math.fsum(shares)
-        beyond = np.append(np.cumsum(shares[:0:-1])[::-1], 0.0)
-        return k, np.cumsum(shares), beyond
+        reach = 12.0 * math.sqrt(self.mean) + 60.0
+        first, last = max(0, math.floor(self.mean - reach)), math.ceil(self.mean + reach)
+        with localcontext(Context(prec=30)):
+            mean, mode = Decimal(self.mean), math.floor(self.mean)
+            falling = list(accumulate(range(mode + 1, last), lambda share, k: share * mean / k, initial=Decimal(1)))
+            rising = list(accumulate(range(mode, first, -1), lambda share, k: share * k / mean, initial=Decimal(1)))
+            shares = [*rising[:0:-1], *falling]
+            total = sum(shares, Decimal(0))
+            below = [float(share / total) for share in accumulate(shares)]
+            above = [float(share / total) for share in accumulate(reversed(shares[1:]), initial=Decimal(0))]
+        return np.arange(first, last, dtype=np.float64), array(below), array(above[::-1])
 
     def ppf(self, u: ArrayLike) -> Array:
         share = array(u)
