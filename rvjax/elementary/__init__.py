@@ -3,9 +3,9 @@
 Their bits depend on neither the C library, the processor nor the version of NumPy. float64 and float32, and float64 alone for the
 normal law and erfc; the type of the result is that of the argument. Errors: TypeError for other types.
 
-They take numbers and arrays of NumPy and arrays of JAX; `rvjax.physics.elementary` gives those of JAX their derivatives. The largest
-errors that they name are those against mpmath of `pytest -s --slow -k many_numbers tests/elementary tests/physics/test_elementary.py`,
-subnormal arguments and results included.
+They take numbers and arrays of NumPy and arrays of JAX; `rvjax.physics.elementary` gives those of JAX their derivatives. The
+largest errors that they name are those against mpmath of
+`pytest -s --slow -k many_numbers tests/elementary tests/physics/test_elementary.py`, subnormal numbers included.
 """
 
 from rvjax.elementary.complementary_error_function import erfc, erfcx

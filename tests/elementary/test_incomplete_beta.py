@@ -49,7 +49,9 @@ def error(a: float, b: float, u: Any, x: float) -> float:
 
 def worst(a: float, b: float, u: Any) -> float:
     """The largest relative error of the smaller one of x and 1 − x."""
-    found = zip(u, *beta_quantile(a, b, u), strict=True)
+    x, rest = beta_quantile(a, b, u)
+    assert np.isfinite([x, rest]).all()
+    found = zip(u, x, rest, strict=True)
     return max(
         error(a, b, mpmath.mpf(given), x) if x <= 0.5 else error(b, a, 1 - mpmath.mpf(given), rest) for given, x, rest in found
     )

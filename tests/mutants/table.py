@@ -9,6 +9,7 @@ from __future__ import annotations
 from tests.mutants import (
     command_table,
     data_table,
+    draws_table,
     elementary_table,
     engine_table,
     flight_table,
@@ -21,6 +22,7 @@ from tests.mutants.mutant import Mutant
 MUTANTS: tuple[Mutant, ...] = (
     *flight_table.MUTANTS,
     *elementary_table.MUTANTS,
+    *draws_table.MUTANTS,
     *engine_table.MUTANTS,
     *members_table.MUTANTS,
     *data_table.MUTANTS,
