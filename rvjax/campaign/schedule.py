@@ -103,7 +103,7 @@ class Schedule(Model):
         fails = np.ones((len(names), len(next(iter(onsets.values())))), dtype=bool)
         if self.count is not None:
             order = np.stack([uniform(f"order.{name}") for name in names])
-            rank = order.argsort(axis=0).argsort(axis=0)
+            rank = order.argsort(axis=0, kind="stable").argsort(axis=0, kind="stable")  # equal ones in the order of names
             fails = rank < np.rint(take("count", self.count))
         if self.probability is not None:
             lots = np.stack([uniform(f"lot.{name}") for name in names])

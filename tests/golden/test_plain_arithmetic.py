@@ -29,6 +29,8 @@ OF_NUMPY = {
     *("polyval", "power", "quantile", "random", "sin", "sinc", "sinh", "std", "sum", "tan", "tanh"),
     *("tensordot", "trapezoid", "var", "vdot"),
 }
+METHODS = {"argsort", "dot", "mean", "std", "sum", "var"}
+"""Of arrays; argsort without kind="stable" has equal numbers in an order that depends on the processor."""
 
 LAW = "the distribution function, for tests and words; draws go through its inverse"
 CHECK = "accepts or refuses a campaign, or warns; no number of it flies"
@@ -65,6 +67,7 @@ REASONS = {
     ("simulation/draws.py", "np.sum"): INTEGERS,
     ("simulation/plausibility.py", "math.hypot"): CHECK,
     ("simulation/plausibility.py", "**"): CHECK,
+    ("simulation/plausibility.py", ".sum()"): CHECK,
     ("simulation/rejection_sampling.py", "np.mean"): CHECK,
     ("simulation/requirement_checks.py", "math.log"): CHECK,
     ("stats/random_streams.py", "np.random"): PHILOX,
@@ -87,6 +90,11 @@ def called(tree: ast.AST) -> Iterator[str]:
             home = {"numpy": "np"}.get(node.value.id, node.value.id)
             if (home == "math" and node.attr in OF_MATH) or (home == "np" and node.attr in OF_NUMPY):
                 yield f"{home}.{node.attr}"
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in METHODS:
+            stable = any(word.arg == "kind" and getattr(word.value, "value", "") == "stable" for word in node.keywords)
+            home = getattr(node.func.value, "id", "")
+            if home not in ("jnp", "xp") and not stable and not (home in ("np", "numpy") and node.func.attr in OF_NUMPY):
+                yield f".{node.func.attr}()"
         elif isinstance(node, ast.ImportFrom) and node.module in ("math", "numpy", "cmath"):
             yield from (f"{node.module}.{name.name}" for name in node.names if name.name in OF_MATH | OF_NUMPY)
         elif isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, ast.MatMult):
@@ -130,7 +138,8 @@ def test_the_check_sees_what_it_is_to_see() -> None:
     """Each way to call a function of a library."""
     code = (
         "import scipy.special as s\nfrom math import exp\nfrom numpy import log\nx = math.sin(1.0)\ny = np.linalg.pinv(a) @ b\n"
-        "z = import_module('scipy.optimize')\nw = a ** b + 2.0 ** k + a ** 2\nnumpy.cos(x)"
+        "z = import_module('scipy.optimize')\nx.argsort(), x.argsort(kind='stable'), x.sum()\n"
+        "w = a ** b + 2.0 ** k + a ** 2\nnumpy.cos(x)"
     )
-    expected = {"scipy", "math.exp", "numpy.log", "math.sin", "np.linalg", "@", "**", "np.cos"}
+    expected = {"scipy", "math.exp", "numpy.log", "math.sin", "np.linalg", "@", "**", "np.cos", ".argsort()", ".sum()"}
     assert set(called(ast.parse(code))) == expected

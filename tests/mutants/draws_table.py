@@ -86,6 +86,13 @@ MUTANTS = (
     Mutant("thrusters: one push for both", "campaign/linear_program.py", "-float(e[i])", "-abs(e[i])", LIMITS),
     Mutant("log-uniform: NumPy's exp", f"{LAWS}/bounded.py", "np.clip(exp(", "np.clip(np.exp(", GOLDEN),
     Mutant("a tilt by NumPy", "simulation/inertia.py", "* tan(0.25 * tilt)", "* np.tan(0.25 * tilt)", PLAIN),
+    Mutant(
+        "an order by the processor",
+        "campaign/schedule.py",
+        'order.argsort(axis=0, kind="stable")',
+        "order.argsort(axis=0)",
+        PLAIN,
+    ),
     Mutant("Poisson: 1 − F by a count off", f"{LAWS}/discrete.py", "reversed(shares[1:])", "reversed(shares[:-1])", POISSON),
     Mutant("Poisson: rounded shares", f"{LAWS}/discrete.py", "Context(prec=30)", "Context(prec=9)", POISSON),
     Mutant("half normal: u for u/2", f"{LAWS}/normal.py", "ndtri_centred(0.5 * array(u))", "ndtri_centred(array(u))", INVERSE),
