@@ -131,7 +131,7 @@ class Spec(Model):
     seed: int = count(default=0, doc="seed of every draw")
     precision: Literal["float64", "float32"] = option(default="float64", doc="floating-point precision of the flights")
     engine: Literal["auto", "llvm", "xla"] = option(
-        default="xla", doc="what turns a flight into machine code; auto: llvm on a CPU if it knows every operation, else xla"
+        default="auto", doc="what turns a flight into machine code; auto: llvm on a CPU if it knows every operation, else xla"
     )
     horizon: Horizon = part(doc="duration and step")
     target: Target = part(default={}, doc="the body to dock with")

@@ -165,6 +165,7 @@ def _while(to: Builder, params: Mapping[str, Any], avals: Sequence[Any], operand
 
 ROWS: Mapping[str, Row] = {
     "jit": function("jaxpr"),
+    "pjit": function("jaxpr"),
     "call": function("call_jaxpr"),
     "closed_call": function("call_jaxpr"),
     "custom_jvp_call": function("call_jaxpr"),
