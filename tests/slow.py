@@ -51,6 +51,7 @@ SLOW = frozenset(
         "reliability/test_executors.py::test_a_chunk_that_kills_its_workers_is_named_and_all_others_are_kept",
         "reliability/test_executors.py::test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept",
         "reliability/test_executors.py::test_a_stopped_campaign_goes_on_without_dask[scheduler]",
+        "reliability/test_executors.py::test_compiler_settings_do_not_matter_to_the_engine_llvm",
         "reliability/test_executors.py::test_ctrl_c_in_the_terminal_of_local_workers",
         "reliability/test_executors.py::test_workers_of_this_machine_fly_the_same_bits",
         "reliability/test_forced_failures.py",

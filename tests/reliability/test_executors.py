@@ -37,6 +37,13 @@ def runner() -> ChunkRunner:
 
 
 @pytest.fixture(scope="module")
+def compiled() -> ChunkRunner:
+    """The same with XLA, whose bits depend on its settings."""
+    problem = load(CAMPAIGN, [*OVERRIDES, "engine=xla"])
+    return ChunkRunner(problem, identity(problem))
+
+
+@pytest.fixture(scope="module")
 def inline(runner: ChunkRunner, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The bits of the campaign, flown by one process."""
     folder = tmp_path_factory.mktemp("inline") / "run"
@@ -57,7 +64,7 @@ def described(runner: ChunkRunner) -> RunDescription:
     problem = runner.problem
     return RunDescription(
         identity=identity(problem),
-        provenance=provenance([], OVERRIDES),
+        provenance=provenance([], [*OVERRIDES, f"engine={problem.spec.engine}"]),
         campaign_text=problem.spec.source.text,
         samples=SAMPLES,
         name="short",
@@ -210,17 +217,28 @@ def test_a_chunk_whose_flight_raises_is_named_and_all_others_are_kept(
     figure(f"a chunk whose flight raises: named, the other {CHUNKS - 1} kept")
 
 
-def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, address: str, runner: ChunkRunner) -> None:
-    """Kills: mixing compilers' settings in one table; a refusal that does not say what differs."""
-    other = {"XLA_FLAGS": "--xla_cpu_prefer_vector_width=256"}
-    said = r"these Dask workers would fly other bits(.|\n)*xla_flags: the client has .*, the worker has .*=256"
-    with worker(address, "--no-nanny", **other), pytest.raises(UsageError, match=said):
+OTHER = {"XLA_FLAGS": "--xla_cpu_prefer_vector_width=256"}
+
+
+def test_compiler_settings_do_not_matter_to_the_engine_llvm(
+    tmp_path: Path, address: str, runner: ChunkRunner, inline: dict[str, str]
+) -> None:
+    """Kills: an identity that keeps another machine out; bits that depend on it."""
+    with worker(address, "--no-nanny", **OTHER):
         fly(runner, tmp_path / "run", workers(address, lambda text: None))
+    assert data(tmp_path / "run") == inline
+
+
+def test_a_worker_that_would_fly_other_bits_is_refused(tmp_path: Path, address: str, compiled: ChunkRunner) -> None:
+    """Kills: mixing compilers' settings in one table; a refusal that does not say what differs."""
+    said = r"these Dask workers would fly other bits(.|\n)*xla_flags: the client has .*, the worker has .*=256"
+    with worker(address, "--no-nanny", **OTHER), pytest.raises(UsageError, match=said):
+        fly(compiled, tmp_path / "run", workers(address, lambda text: None))
     assert RunFolder.open(tmp_path / "run").chunks == ()
 
 
 def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
-    tmp_path: Path, runner: ChunkRunner, inline: dict[str, str], full: bool
+    tmp_path: Path, compiled: ChunkRunner, full: bool
 ) -> None:
     """Kills: comparing only the workers that are there at the start; giving up the campaign for one of them."""
     if not full:
@@ -234,13 +252,14 @@ def test_a_worker_that_comes_late_and_would_fly_other_bits_is_sent_away(
         def come(result: ChunkResult) -> None:
             flown.append(result.chunk)
             if len(flown) == 1:
-                stack.enter_context(worker(address, XLA_FLAGS="--xla_cpu_prefer_vector_width=256"))
+                stack.enter_context(worker(address, **OTHER))
                 stack.enter_context(Client(address)).wait_for_workers(2, timeout=60)
 
-        fly(runner, tmp_path / "run", workers(address, said.append), come)
+        fly(compiled, tmp_path / "run", workers(address, said.append), come)
+    fly(compiled, tmp_path / "inline", local_threads)
     assert any("is retired, since it would fly other bits:\nxla_flags: the client has" in text for text in said)
     assert sorted(flown) == list(range(CHUNKS))
-    assert data(tmp_path / "run") == inline
+    assert data(tmp_path / "run") == data(tmp_path / "inline")
 
 
 @pytest.mark.parametrize("who", ["scheduler", "client"])
