@@ -97,9 +97,7 @@ def _foreign(problem: Problem) -> bool:
     """Whether a component is not of this package."""
     uses = [(FAMILY_OF.get(choice.section, ""), choice.use) for choice in problem.spec.components]
     uses += [("metrics", name) for name in members("metrics")]
-    return any(
-        family and (isinstance(use, PythonFile) or not members(family)[use].startswith("rvjax.")) for family, use in uses
-    )
+    return any(family and (isinstance(use, PythonFile) or not members(family)[use].startswith("rvjax.")) for family, use in uses)
 
 
 def _components_in_the_way(problem: Problem) -> Iterator[tuple[str, Place]]:
