@@ -6,7 +6,7 @@
     sin r = r + r³ P(r²)              P: Chebyshev fit over |r| ≤ π/2, error 3e-19 (float64) or 3e-11 (float32)
 
 Error: at most 2.5 units in the last place for |x| ≤ 2e8 rad (float64) or 1e4 rad (float32). Beyond that it is the sine of a
-number within a unit in the last place of x; |sin x| never exceeds 1. NaN for NaN and ±∞. W. Cody, W. Waite, "Software manual
+number within a unit in the last place of x, as long as |x|/π ≤ 2^(digits − 1); |sin x| never exceeds 1. NaN for NaN and ±∞. W. Cody, W. Waite, "Software manual
 for the elementary functions", 1980, ch. 8; coefficients: tests/physics/test_sine_and_cosine.py.
 """
 
@@ -16,7 +16,7 @@ import math
 from functools import reduce
 from typing import NamedTuple
 
-from rvjax.elementary.formats import FLOAT32, Real, arithmetic, format_of, namespace
+from rvjax.elementary.formats import FLOAT32, Real, arithmetic, bits, format_of, namespace, number
 
 
 class _Tables(NamedTuple):
@@ -50,7 +50,7 @@ def sin(x: Real) -> Real:
     """sin x; x in rad."""
     xp = namespace(x)
     half = xp.round(x * (1.0 / math.pi))
-    return _alternate(half) * _sine(x, 2.0 * half)
+    return _alternating(_sine(x, 2.0 * half), half)
 
 
 @arithmetic
@@ -58,13 +58,13 @@ def cos(x: Real) -> Real:
     """cos x; x in rad."""
     xp = namespace(x)
     half = xp.round(x * (1.0 / math.pi) - 0.5)
-    return -_alternate(half) * _sine(x, 2.0 * half + 1.0)
+    return -_alternating(_sine(x, 2.0 * half + 1.0), half)
 
 
-def _alternate(n: Real) -> Real:
-    """(−1)ⁿ of a whole number."""
-    xp = namespace(n)
-    return 1.0 - 2.0 * (n - 2.0 * xp.floor(0.5 * n))
+def _alternating(y: Real, n: Real) -> Real:
+    """(−1)ⁿ y of a whole number n: the last bit of n + 1.5·2^digits, which counts ones, changes the sign."""
+    odd = bits(n + format_of(n).ones) << (8 * n.dtype.itemsize - 1)
+    return number(bits(y) ^ odd)
 
 
 def _sine(x: Real, quarters: Real) -> Real:

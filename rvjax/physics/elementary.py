@@ -62,22 +62,14 @@ def differentiable_of_two(
     return outer
 
 
-def sin(x: Scalar) -> Scalar:
-    """sin x; x in rad. Its derivative is that of the polynomial."""
-    return evaluated(elementary.sin, elementary.sin, x)
-
-
-def cos(x: Scalar) -> Scalar:
-    """cos x; x in rad. Its derivative is that of the polynomial."""
-    return evaluated(elementary.cos, elementary.cos, x)
-
-
 exp = differentiable(elementary.exp, lambda x, y: y)
 exp2 = differentiable(elementary.exp2, lambda x, y: LN2 * y)
 expm1 = differentiable(elementary.expm1, lambda x, y: exp(x))
 log = differentiable(elementary.log, lambda x, y: 1.0 / x)
 log1p = differentiable(elementary.log1p, lambda x, y: 1.0 / (1.0 + x))
 log2 = differentiable(elementary.log2, lambda x, y: (1.0 / LN2) / x)
+sin = differentiable(elementary.sin, lambda x, y: cos(x))
+cos = differentiable(elementary.cos, lambda x, y: -sin(x))
 tan = differentiable(elementary.tan, lambda x, y: 1.0 + y * y)
 asin = differentiable(elementary.asin, lambda x, y: 1.0 / jnp.sqrt((1.0 - x) * (1.0 + x)))
 acos = differentiable(elementary.acos, lambda x, y: -1.0 / jnp.sqrt((1.0 - x) * (1.0 + x)))

@@ -170,7 +170,8 @@ MUTANTS = (
         "physics/test_saturation.py::test_value_and_slope",
     ),
     # controller
-    Mutant("cosine half a turn off", TRIG, "return -_alternate(half)", "return _alternate(half)", SINE),
+    Mutant("cosine half a turn off", TRIG, "return -_alternating(", "return _alternating(", SINE),
+    Mutant("sine without its sign", TRIG, "_alternating(_sine(x, 2.0 * half), half)", "_sine(x, 2.0 * half)", SINE),
     Mutant("a part of π/2 missing", TRIG, "6.123233932053594e-17, ", "", SINE),
     Mutant("a term of the sine missing", TRIG, "        2.7314368769379893e-15,\n", "", SINE),
     Mutant(

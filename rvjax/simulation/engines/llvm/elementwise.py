@@ -103,8 +103,13 @@ def sign(to: Builder, params: Mapping[str, Any], kind: Type, operands: tuple[Val
     zero, one = to.constant(0, kind), to.constant(1, kind)
     if kind.kind == "u":
         return to.emit("select", kind, to.emit("icmp ne", BOOL, x, zero), one, zero)
-    below = apply(to, "lt", BOOL, x, zero)
-    return to.emit("select", kind, apply(to, "gt", BOOL, x, zero), one, to.emit("select", kind, below, to.constant(-1, kind), x))
+    if not is_float(kind):
+        below = to.emit("select", kind, apply(to, "lt", BOOL, x, zero), to.constant(-1, kind), x)
+        return to.emit("select", kind, apply(to, "gt", BOOL, x, zero), one, below)
+    whole = np.dtype(f"int{8 * kind.itemsize}")
+    bit = to.emit("and", whole, to.emit("bitcast", whole, x), to.constant(np.iinfo(whole).min, whole))
+    signed = to.emit("bitcast", kind, to.emit("or", whole, bit, to.emit("bitcast", whole, one)))
+    return to.emit("select", kind, to.emit("fcmp one", BOOL, x, zero), signed, x)
 
 
 def absolute(to: Builder, params: Mapping[str, Any], kind: Type, operands: tuple[Value, ...]) -> Value:
