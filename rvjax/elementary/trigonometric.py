@@ -6,8 +6,9 @@
     sin r = r + r³ P(r²)              P: Chebyshev fit over |r| ≤ π/2, error 3e-19 (float64) or 3e-11 (float32)
 
 Error: at most 2.5 units in the last place for |x| ≤ 2e8 rad (float64) or 1e4 rad (float32). Beyond that it is the sine of a
-number within a unit in the last place of x, as long as |x|/π ≤ 2^(digits − 1); |sin x| never exceeds 1. NaN for NaN and ±∞. W. Cody, W. Waite, "Software manual
-for the elementary functions", 1980, ch. 8; coefficients: tests/physics/test_sine_and_cosine.py.
+number within a unit in the last place of x, as long as |x|/π ≤ 2^(digits − 1); |sin x| never exceeds 1. NaN for NaN and ±∞.
+W. Cody, W. Waite, "Software manual for the elementary functions", 1980, ch. 8; coefficients:
+tests/physics/test_sine_and_cosine.py.
 """
 
 from __future__ import annotations
