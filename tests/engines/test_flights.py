@@ -21,6 +21,7 @@ from rvjax.simulation.engines.llvm.engine import LlvmEngine
 from rvjax.simulation.engines.llvm.machine_code import Target, host
 from rvjax.simulation.problem import Problem, load
 from tests.engines.machine import same
+from tests.engines.targets import TARGETS, can_run
 from tests.oracles.interpreter import Interpreted, interpreted
 
 FOLDER = Path(__file__).parents[2] / "campaigns"
@@ -30,15 +31,6 @@ FIRST = ("docking-faulted.yaml", "navigation.yaml")
 OTHERS = sorted({str(path.relative_to(FOLDER)) for path in FOLDER.rglob("*.yaml")} - {*FIRST})
 FUNCTIONS = {name: getattr(elementary, name) for name in ELEMENTARY}
 SAMPLES, STEPS = 12, 7
-
-AVX2 = "+avx2,+avx,+sse4.2,+fma,-avx512f"
-TARGETS = {
-    "AVX-512": Target("skylake-avx512", "", 8),
-    "AVX2": Target("haswell", AVX2, 4),
-    "SSE2": Target("x86-64", "", 2),
-    "16 lanes": Target("haswell", AVX2, 16),
-}
-"""Kinds of processors; each flies wherever the processor of the tests can."""
 
 
 def problem(name: str) -> Problem:
@@ -92,8 +84,7 @@ def test_every_shipped_flight_is_that_of_the_interpreter(name: str) -> None:
 def test_the_processor_changes_no_bit(name: str, kind: str) -> None:
     """A second of flight with the instructions of several processors and 2, 4, 8 and 16 lanes. Kills: fused multiplication and
     addition where a processor has it, results that depend on the group of a lane."""
-    if kind == "AVX-512" and not llvm.get_host_cpu_features().get("avx512f"):
-        pytest.skip("this processor has no AVX-512")
+    can_run(kind)
     found = problem(name)
     _, drawn = Draws.of(found, np.arange(37))
     steps = 60
