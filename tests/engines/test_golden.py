@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import re
@@ -14,11 +15,16 @@ import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
+from rvjax.cli._app import program
+from rvjax.simulation.batch import LANES
 from rvjax.simulation.draws import Draws
+from rvjax.simulation.engines import choice
+from rvjax.simulation.engines.llvm import engine
 from rvjax.simulation.engines.llvm.engine import LlvmEngine, count
 from rvjax.simulation.engines.llvm.machine_code import Target
 from rvjax.simulation.engines.llvm.text import Kernel, assembly
 from tests.engines.golden import CAMPAIGNS, FILE, digest
+from tests.engines.golden import FOLDER as CAMPAIGN_FOLDER
 from tests.engines.targets import TARGETS, can_run
 from tests.engines.test_flights import problem
 
@@ -70,6 +76,26 @@ def test_a_flight_has_its_bits_where_libraries_choose_other_functions() -> None:
         check=True,
     )
     assert done.stdout.split() == [GOLDEN[name] for name in FIRST]
+
+
+def test_a_folder_begun_on_another_machine_is_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A chunk with the instructions of an old processor, the next with those of this one: the files of a single machine.
+    Kills: an identity that names the processor."""
+
+    def fly(folder: str, samples: int) -> dict[str, str]:
+        choice._choices.clear()
+        command = ["run", str(CAMPAIGN_FOLDER / "docking-faulted.yaml"), "--set", "require=[]", "--set", "horizon.duration_s=40"]
+        command += ["--set", "capture.window_s=10", "--samples", str(samples), "--out", str(tmp_path / folder), "--quiet"]
+        assert program()(command, standalone_mode=False) == 0
+        return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in (tmp_path / folder / "samples").iterdir()}
+
+    with monkeypatch.context() as other:
+        other.setattr(engine, "host", lambda: TARGETS["SSE2"])
+        begun = fly("begun", LANES)
+    resumed = fly("begun", 2 * LANES)
+    assert len(begun) == 1
+    assert begun.items() <= resumed.items()
+    assert resumed == fly("whole", 2 * LANES)
 
 
 def test_code_for_arm_fuses_nothing_and_calls_nothing() -> None:
