@@ -12,7 +12,7 @@ from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import load
-from tests.engines.golden import CAMPAIGNS, FOLDER
+from tests.golden.flights import CAMPAIGNS, FOLDER
 
 CONTINUOUS = "controller={use: saturated-adaptive, derivative: none}"
 """Without the sign switches of the Levant differentiator, which turn the last digit into another flight."""

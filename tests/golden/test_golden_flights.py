@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import re
-import subprocess
-import sys
 from collections import Counter
 from pathlib import Path
 
@@ -23,10 +20,11 @@ from rvjax.simulation.engines.llvm import engine
 from rvjax.simulation.engines.llvm.engine import LlvmEngine, count
 from rvjax.simulation.engines.llvm.machine_code import Target
 from rvjax.simulation.engines.llvm.text import Kernel, assembly
-from tests.engines.golden import CAMPAIGNS, FILE, digest
-from tests.engines.golden import FOLDER as CAMPAIGN_FOLDER
 from tests.engines.targets import TARGETS, can_run
 from tests.engines.test_flights import problem
+from tests.golden.flights import CAMPAIGNS, FILE, digest
+from tests.golden.flights import FOLDER as CAMPAIGN_FOLDER
+from tests.golden.other_libraries import OLDER, SWITCHES, elsewhere
 
 GOLDEN = json.loads(FILE.read_text(encoding="utf-8"))
 FIRST = ("docking-faulted.yaml", "navigation.yaml")
@@ -58,24 +56,12 @@ def test_a_flight_has_its_bits_on_other_processors(name: str, kind: str) -> None
     assert digest(name, TARGETS[kind]) == GOLDEN[name]
 
 
+@SWITCHES
 def test_a_flight_has_its_bits_where_libraries_choose_other_functions() -> None:
     """NumPy and the C library take their functions by processor; here they take those of an old one. Kills: a draw that goes
     through them."""
-    code = "from tests.engines.golden import digest; import sys; print(*(digest(name) for name in sys.argv[1:]))"
-    found = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])
-    other = {
-        "NPY_DISABLE_CPU_FEATURES": " ".join(found),
-        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX512VL,-AVX512DQ,-AVX512BW",
-    }
-    done = subprocess.run(
-        [sys.executable, "-c", code, *FIRST],
-        env=os.environ | other,
-        cwd=Path(__file__).parents[2],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout.split() == [GOLDEN[name] for name in FIRST]
+    code = f"from tests.golden.flights import digest; print(*(digest(name) for name in {FIRST}))"
+    assert elsewhere(code, **OLDER).split() == [GOLDEN[name] for name in FIRST]
 
 
 def test_a_folder_begun_on_another_machine_is_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,6 @@
 """Golden flights: the first chunk of every shipped campaign as a digest.
 
-`python -m tests.engines.golden` writes golden.json anew, for a change after which results differ. CHANGELOG says so then.
+`python -m tests.golden.flights` writes flights.json anew, for a change after which results differ. CHANGELOG says so then.
 """
 
 from __future__ import annotations
