@@ -1,57 +1,51 @@
 """What each lever is worth, and where the time goes: `python -m benchmarks.levers [--rounds N] [--float32]`.
 
-Every row is the product with one thing changed, in a process of its own; the processes stand ready and fly in turn, and a row's
-ratio is the median over the rounds of its speed over that of the product in the same round. What came out: docs/performance.md.
+Every row is the engine `llvm` with one thing changed, in a process of its own; the processes stand ready and fly in turn, and a
+row's ratio is the median over the rounds of its speed over that of the product in the same round. What came out:
+docs/performance.md. Rows that begin with `profile` compute something else: they show what a part of a step costs.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
-STEPS = 1200
-EXTRA = "--xla_backend_extra_options="
-FUSED, WIDE = f"{EXTRA}xla_cpu_use_multi_output_fusion=true", "--xla_cpu_prefer_vector_width=512"
-PRODUCT: Mapping[str, Any] = {"flags": f"{FUSED} {WIDE}", "lanes": 416, "threads": 2, "devices": 1, "code": "", "replaced": ""}
+STEPS, CHUNKS = 1200, 4
 
 ROWS: Mapping[str, Mapping[str, Any]] = {
     "the product": {},
-    "without multi-output fusion": {"flags": WIDE},
-    "without 512-bit registers": {"flags": FUSED},
-    "sine and cosine of the C library": {"replaced": "sin cos by the C library"},
+    "engine xla": {"engine": "xla"},
     "one thread": {"threads": 1},
-    "272 lanes": {"lanes": 272},
-    "256 lanes (a power of two)": {"lanes": 256},
-    "64 lanes": {"lanes": 64},
-    "832 lanes": {"lanes": 832},
-    "an XLA device a core instead of a thread a core": {"devices": 2},
-    "stages of RK4 as an inner loop": {"code": "stage loop"},
-    "numbers of a sample packed in one array": {"code": "packed"},
-    "whole loop in one function, 64 lanes": {
-        "flags": f"{FUSED},xla_cpu_small_while_loop_byte_threshold=1000000000 {WIDE}",
-        "lanes": 64,
-        "code": "stage loop",
-    },
-    "copy insertion by regions": {"flags": f"{FUSED} {WIDE} --xla_cpu_copy_insertion_use_region_analysis=true"},
-    "scheduler for memory": {"flags": f"{FUSED} {WIDE} --xla_cpu_scheduler_type=CPU_SCHEDULER_TYPE_MEMORY_OPTIMIZED"},
-    "no thread pool inside a kernel": {"flags": f"{FUSED} {WIDE} --xla_cpu_multi_thread_eigen=false"},
-    "preset FAST_RUNTIME": {"flags": f"{FUSED} {WIDE} --xla_cpu_opt_preset=CPU_OPT_PRESET_FAST_RUNTIME"},
-    "divisions as products with a reciprocal": {"replaced": "division by reciprocal"},
-    "profile: no sine, cosine, exponential, tanh": {"replaced": "sin cos exp tanh by a product"},
-    "profile: no square root either": {"replaced": "sin cos exp tanh sqrt by a product"},
+    "two groups of lanes at a time": {"groups": 2.0},
+    "half a register": {"groups": 0.5},
+    "stack at 16 bytes": {"text": ('"stackrealign" ', "")},
+    "stages of RK4 as a loop": {"code": "stage loop"},
+    "without LLVM's passes over the code": {"code": "no passes"},
+    "instructions in the order of the program": {"options": ["-enable-misched=false"]},
+    "scheduled for parallel instructions": {"options": ["-misched=ilpmax"]},
+    "scheduled for few registers": {"options": ["-misched=ilpmin"]},
+    "registers allocated the simple way": {"options": ["-regalloc=basic"]},
+    "products and sums contracted, other bits": {"flags": "contract"},
+    "everything that -ffast-math allows, other bits": {"flags": "fast"},
+    "profile: divisions as products": {"row": "div"},
+    "profile: divisions and roots as products": {"row": "div sqrt"},
+    "profile: max and min without their rule for NaN": {"row": "max min"},
+    "profile: no tanh": {"function": "tanh"},
+    "profile: no exponential": {"function": "exp"},
+    "profile: no sine and cosine": {"function": "sin cos"},
+    "profile: none of these": {"function": "sin cos exp tanh"},
     "profile: no metrics": {"code": "no metrics"},
-    "profile: 1664 lanes": {"lanes": 1664},
 }
 
 
@@ -69,7 +63,7 @@ def main() -> None:
     built: dict[str, float] = {}
     speeds: dict[str, list[float]] = {}
     for name, changes in ROWS.items():
-        spec = json.dumps({**PRODUCT, **changes, "float32": given.float32})
+        spec = json.dumps({**changes, "precision": "float32" if given.float32 else "float64"})
         command = [sys.executable, "-m", "benchmarks.levers", "--child", spec]
         running[name] = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         built[name], speeds[name] = answer(running[name]), []
@@ -92,107 +86,125 @@ def answer(process: subprocess.Popen[str]) -> float:
 
 
 def child(spec: Mapping[str, Any]) -> None:
-    """Says how long it compiled; then, at each line it reads, flies and says how many steps a second."""
-    os.environ["XLA_FLAGS"] = spec["flags"]
-    import jax
+    """Says how long it traced and compiled; then, at each line it reads, flies and says how many steps a second."""
+    import llvmlite.binding as llvm
     import numpy as np
 
-    jax.config.update("jax_enable_x64", not spec["float32"])
-    if spec["devices"] > 1:
-        jax.config.update("jax_num_cpu_devices", spec["devices"])
-    replace(spec["replaced"])
-    from rvjax.simulation import flight
+    for option in spec.get("options", ()):
+        llvm.set_option("levers", option)
+    from rvjax.simulation import jax_config
+
+    jax_config.configure(spec["precision"])
+    from rvjax.simulation.batch import LANES
     from rvjax.simulation.draws import Draws
+    from rvjax.simulation.engines.llvm.engine import LlvmEngine
+    from rvjax.simulation.engines.llvm.machine_code import host
+    from rvjax.simulation.engines.xla import XlaEngine
     from rvjax.simulation.problem import load
 
-    problem, lanes = load(CAMPAIGN), spec["lanes"]
-    chunks = max(2 * spec["threads"], 1664 // lanes)
-    begin = jax.jit(jax.vmap(partial(flight.begin, problem.loop, problem.metrics)))
-    numbers = []
-    for chunk in range(chunks):
-        _, drawn = Draws.of(problem, np.arange(chunk * lanes, (chunk + 1) * lanes))
-        kind = np.float32 if spec["float32"] else np.float64
-        device = jax.devices()[chunk % len(jax.devices())]
-        drawn = jax.tree.map(lambda x, kind=kind, device=device: jax.device_put(np.asarray(x, kind), device), drawn)
-        numbers.append((drawn, begin(drawn)))
-    advance = jax.jit(written(spec["code"], problem))
-    jax.block_until_ready(numbers)
+    written(spec)
+    problem = load(CAMPAIGN)
+    metrics = () if spec.get("code") == "no metrics" else problem.metrics
+    target = replace(host(), lanes=int(host().lanes * spec.get("groups", 1.0)))
+    engine = XlaEngine(problem.loop, metrics) if spec.get("engine") else LlvmEngine(problem.loop, metrics, target)
+    drawn = [Draws.of(problem, np.arange(i * LANES, (i + 1) * LANES))[1] for i in range(CHUNKS)]
     started = time.perf_counter()
-    for pair in numbers[: spec["devices"]]:
-        jax.block_until_ready(advance(*pair, 0, 0))
+    engine.begin(drawn[0]).advance(0, 1)
     print(time.perf_counter() - started, flush=True)
-    with ThreadPoolExecutor(spec["threads"]) as threads:
+    chunks = [engine.begin(numbers) for numbers in drawn]
+    flown = 0
+    with ThreadPoolExecutor(spec.get("threads", 2)) as threads:
         for _ in sys.stdin:
-            flights, started = 0, time.perf_counter()
+            first, started = flown, time.perf_counter()
             while time.perf_counter() - started < 2.0:
-                list(threads.map(lambda pair: jax.block_until_ready(advance(*pair, 0, STEPS)), numbers))
-                flights += 1
-            print(flights * chunks * lanes * STEPS / (time.perf_counter() - started), flush=True)
+                list(threads.map(lambda chunk, at=flown: chunk.advance(at, at + STEPS), chunks))
+                flown += STEPS
+            print((flown - first) * CHUNKS * LANES / (time.perf_counter() - started), flush=True)
 
 
-def replace(what: str) -> None:
-    """Replaces functions before the model is imported."""
-    names, _, by = what.partition(" by ")
-    import jax.numpy as jnp
+def written(spec: Mapping[str, Any]) -> None:
+    """Changes what the engine writes."""
+    from rvjax.simulation import rk4
+    from rvjax.simulation.engines.llvm import control, elementwise, instructions, machine_code
 
-    from rvjax.physics import elementary, vectors
+    rows = dict(elementwise.ROWS)
+    cheap = {"div": multiplied, "sqrt": scaled, "max": partial(extreme, "ogt"), "min": partial(extreme, "olt")}
+    elementwise.ROWS = rows | {name: partial(real_only, cheap[name], rows[name]) for name in spec.get("row", "").split()}
+    if names := spec.get("function", "").split():
+        control.ROWS = {**control.ROWS, "custom_jvp_call": partial(without, names, control.ROWS["custom_jvp_call"])}
+    if spec.get("code") == "stage loop":
+        rk4.step = stages
+    if spec.get("code") == "no passes":
+        machine_code._linked = unoptimised
+    assembly, (old, new) = machine_code.assembly, spec.get("text", ("", ""))
+    machine_code.assembly = lambda *given: assembly(*given).replace(old, new) if old else assembly(*given)
+    if flags := spec.get("flags"):
+        write = instructions.Writer.new
+        codes = {f"{code} ": f"{code} {flags} " for code in ("fadd", "fsub", "fmul", "fdiv")}
 
-    def divided(a: Any, b: Any) -> Any:
-        return a * (vectors.each(lambda x: 1.0 / x, b) if isinstance(b, vectors._Elementwise) else 1.0 / b)
+        def flagged(self: Any, expression: str) -> str:
+            code = expression.partition(" ")[0] + " "
+            return write(self, expression.replace(code, codes.get(code, code), 1))
 
-    cheap: dict[str, Callable[[Any], Any]] = {
-        "sin": lambda x: 0.5 * x,
-        "cos": lambda x: 1.0 - 0.25 * x,
-        "exp": lambda x: 1.0 + 0.5 * x,
-        "tanh": lambda x: 0.5 * x,
-        "sqrt": lambda x: 0.5 + 0.5 * x,
-    }
-    for name in names.split():
-        if by == "reciprocal":
-            vectors._Elementwise.__truediv__ = divided
-        else:
-            home = elementary if hasattr(elementary, name) else jnp
-            setattr(home, name, getattr(jnp, name) if by == "the C library" else cheap[name])
+        instructions.Writer.new = flagged
 
 
-def written(code: str, problem: Any) -> Callable[..., Any]:
-    """The advance of a chunk, written in one way or another."""
+def real_only(row: Callable[..., Any], usual: Callable[..., Any], to: Any, params: Any, kind: Any, operands: Any) -> Any:
+    """A changed row for real numbers, the usual one for all others."""
+    return (row if kind.kind == "f" else usual)(to, params, kind, operands)
+
+
+def multiplied(to: Any, params: Any, kind: Any, operands: Any) -> Any:
+    """A product in the place of a quotient."""
+    return to.emit("fmul", kind, *operands)
+
+
+def scaled(to: Any, params: Any, kind: Any, operands: Any) -> Any:
+    """A product with a number."""
+    return to.emit("fmul", kind, operands[0], to.constant(0.7, kind))
+
+
+def extreme(code: str, to: Any, params: Any, kind: Any, operands: Any) -> Any:
+    """The larger or smaller of two numbers, whatever there is to say about NaN."""
+    from rvjax.simulation.engines.llvm.program import BOOL
+
+    return to.emit("select", kind, to.emit(f"fcmp {code}", BOOL, *operands), *operands)
+
+
+def without(names: list[str], call: Callable[..., Any], to: Any, params: Any, avals: Any, operands: Any) -> Any:
+    """A product in the place of an elementary function."""
+    import numpy as np
+
+    if params["call_jaxpr"].jaxpr.debug_info.func_name not in names:
+        return call(to, params, avals, operands)
+    return (np.asarray(scaled(to, {}, np.dtype(avals[0].dtype), tuple(map(int, operands)))),)
+
+
+def stages(rate: Callable[..., Any], t: Any, y: Any, h: Any, first: Any) -> Any:
+    """RK4 with a loop over its last three stages; the same bits."""
     import jax
     import jax.numpy as jnp
 
-    from rvjax.simulation import closed_loop, flight, rk4
+    from rvjax.simulation import rk4
 
-    def stages(rate: Callable[..., Any], t: Any, y: Any, h: Any, first: Any) -> Any:
-        where, weight = jnp.asarray([0.5, 0.5, 1.0], h.dtype), jnp.asarray([2.0, 2.0, 1.0], h.dtype)
+    def stage(i: Any, now: Any) -> Any:
+        slope, total = now
+        width = jnp.where(i < 2, 0.5 * h, h)
+        slope = rate(t + width, rk4.along(y, width, slope))
+        middle = jax.tree.map(lambda a, b: jnp.where(i == 0, b, jnp.where(i == 1, a + b, a)), total, slope)
+        return slope, middle
 
-        def stage(i: Any, now: Any) -> Any:
-            slope, total = now
-            slope = rate(t + where[i] * h, rk4.along(y, where[i] * h, slope))
-            return slope, rk4.along(total, weight[i], slope)
+    last, middle = jax.lax.fori_loop(0, 3, stage, (first, jax.tree.map(lambda x: x * 0.0, first)))
+    return jax.tree.map(lambda a, p, q, s: a + (h / 6.0) * (p + 2.0 * q + s), y, first, middle, last)
 
-        return rk4.along(y, h / 6.0, jax.lax.fori_loop(0, 3, stage, (first, first))[1])
 
-    if code == "stage loop":
-        rk4.step = stages
-    evaluate = jax.jit(partial(closed_loop.evaluate, problem.loop))
-    metrics = () if code == "no metrics" else problem.metrics
-    step = jax.vmap(partial(flight.step, evaluate, metrics), in_axes=(0, 0, None))
+def unoptimised(linker: Any, module: Any, machine: Any, level: int) -> Any:
+    """Links a module as it is written."""
+    import llvmlite.binding as llvm
 
-    def advance(drawn: Any, carry: Any, first: Any, last: Any) -> Any:
-        carry = carry._replace(accumulators=carry.accumulators[: len(metrics)])
-        if code != "packed":
-            return jax.lax.fori_loop(first, last, lambda k, now: step(drawn, now, k), carry)
-        leaves, structure = jax.tree.flatten(carry)
-        numbers, shape = jax.tree.flatten(drawn)
-        packed = jnp.stack(numbers)
+    from rvjax.simulation.engines.llvm.machine_code import ENTRY
 
-        def body(k: Any, rows: Any) -> Any:
-            now = jax.tree.unflatten(structure, list(rows))
-            return jnp.stack(jax.tree.leaves(step(jax.tree.unflatten(shape, list(packed)), now, k)))
-
-        return jax.tree.unflatten(structure, list(jax.lax.fori_loop(first, last, body, jnp.stack(leaves))))
-
-    return advance
+    return llvm.JITLibraryBuilder().add_ir(module).export_symbol(ENTRY).add_current_process().link(linker, ENTRY)
 
 
 if __name__ == "__main__":

@@ -29,7 +29,9 @@ def command(
     yardsticks: Annotated[
         Path | None,
         typer.Option(
-            "--yardsticks", metavar="DIR", help="`benchmarks` of a clone, whose code is run; default: that of this clone."
+            "--yardsticks",
+            metavar="DIR",
+            help="`benchmarks` of a clone, whose code is run; default: that of the clone in which the command is given.",
         ),
     ] = None,
     growth: Annotated[bool, typer.Option(help="Also time and memory from 10³ to 10⁶ samples.")] = True,

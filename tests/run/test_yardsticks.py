@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks import YARDSTICKS
 from rvjax.errors import IncompleteError, UsageError
-from rvjax.execution.bench import measurement, own_flight
+from rvjax.execution.bench import measurement, own_flight, workload
 from rvjax.execution.bench.workload import Case, UnavailableError, Values, case, clone_folder, read, save, yardsticks
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.problem import load
@@ -102,6 +102,20 @@ def test_a_folder_without_yardsticks_is_a_mistake(tmp_path: Path) -> None:
     assert yardsticks(None) == {}
 
 
+def test_an_installed_package_finds_them_in_a_clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From a folder inside the clone. Kills: looking beside the package only; taking any folder of that name."""
+    monkeypatch.setattr(workload, "__file__", str(tmp_path / "site-packages/rvjax/execution/bench/workload.py"))
+    clone = tmp_path / "clone"
+    for name in ("pyproject.toml", "benchmarks/__init__.py", "campaigns/x.yaml"):
+        (clone / name).parent.mkdir(parents=True, exist_ok=True)
+        (clone / name).touch()
+    monkeypatch.chdir(clone / "campaigns")
+    assert clone_folder() is None
+    (clone / "rvjax").mkdir()
+    (clone / "rvjax/__init__.py").touch()
+    assert clone_folder() == clone / "benchmarks"
+
+
 def test_a_process_stands_ready_flies_and_hands_over(quick: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """The protocol, with the product on one thread; and a process that ends early is named, not waited for."""
     spec = {
@@ -125,6 +139,15 @@ def test_a_process_stands_ready_flies_and_hands_over(quick: Path, tmp_path: Path
     with measurement.Worker(spec | {"way": "no-such-way"}) as broken, pytest.raises(IncompleteError, match="no-such-way"):
         broken.answer()
     assert "KeyError" in capfd.readouterr().err
+
+
+def test_the_first_chunk_is_seen_and_the_run_is_ended(quick: Path, tmp_path: Path) -> None:
+    """Kills: waiting for a line that no longer comes; a failure without the words of the command."""
+    cold, warm = measurement.first_chunk(quick, tmp_path, LANES)
+    assert cold > 0.0 < warm
+    quick.with_name("broken.yaml").write_text("seed: x\n")
+    with pytest.raises(IncompleteError, match=r"exit code 2 and no chunk: .*broken\.yaml"):
+        measurement.first_chunk(quick.with_name("broken.yaml"), tmp_path / "broken", LANES)
 
 
 def test_growth_flies_what_it_says(quick: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -117,6 +117,8 @@ def yardsticks(folder: Path | None) -> Mapping[str, Any]:
 
 
 def clone_folder() -> Path | None:
-    """The yardsticks of the clone that holds this package; None for an installed package."""
-    clone = Path(__file__).parents[3]
-    return clone / "benchmarks" if (clone / "pyproject.toml").is_file() else None
+    """The yardsticks of the clone that holds this package or in which the command is given; None without a clone."""
+    for place in (Path(__file__).parents[3], Path.cwd(), *Path.cwd().parents):
+        if all((place / name).is_file() for name in ("pyproject.toml", "rvjax/__init__.py", "benchmarks/__init__.py")):
+            return place / "benchmarks"
+    return None
