@@ -83,7 +83,7 @@ class Flyer:
         with_envelope: keep the points of the envelopes. trace: positions of the samples whose observed steps are kept. device:
         the first by default. Raises CancelledError after `stop`.
         """
-        flying = self.engine.begin(drawn, device)
+        flying = self.engine.begin(drawn, device, steps)
         envelope: list[EnvelopePoint] = []
         kept: list[Step] = []
         chosen = np.asarray(trace, dtype=np.int64)
@@ -115,7 +115,7 @@ class Flyer:
     def watch(self, drawn: Drawn, instants: Sequence[int], look: Callable[[Drawn, Carry], bool]) -> None:
         """Flies a chunk and calls look(numbers, carry) at these steps, with the numbers of the compiled program. It ends where
         `look` returns False."""
-        flying = self.engine.begin(drawn)
+        flying = self.engine.begin(drawn, steps=max(instants, default=0))
         for first, last in pairwise((0, *instants)):
             flying.advance(first, last)
             if not look(*flying.numbers_and_carry()):

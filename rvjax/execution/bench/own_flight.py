@@ -13,6 +13,9 @@ from rvjax.execution.chunks import STRETCH
 from rvjax.simulation.batch import LANES, Flyer, devices, streams
 from rvjax.simulation.closed_loop import Drawn
 
+MANY = 10**9
+"""Steps to come, for an engine that compiles accordingly."""
+
 
 def prepare(case: Case, threads: int | None = None) -> Callable[[], Values]:
     """A function that flies the case; compiles. threads: chunks at the same time, default as in `rvjax run`."""
@@ -22,6 +25,7 @@ def prepare(case: Case, threads: int | None = None) -> Callable[[], Values]:
     chunks = [_lanes(case.drawn, first) for first in range(0, case.samples, LANES)]
     places = devices()[:threads]
     for place in places:
+        flyer.engine.begin(chunks[0], place, MANY).advance(0, 1)
         flyer.fly(chunks[0], 1, 1, device=place)
 
     def fly() -> Values:

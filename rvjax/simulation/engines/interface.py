@@ -49,6 +49,6 @@ class Engine(Protocol):
         """What the bits of its flights depend on, besides numbers and code. drawn: numbers of some samples."""
         ...
 
-    def begin(self, drawn: Drawn, device: Device | None = None) -> Chunk:
-        """A chunk at t = 0. drawn: host numbers, each of shape (lanes,)."""
+    def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> Chunk:
+        """A chunk at t = 0. drawn: host numbers, each of shape (lanes,). steps: how many it will fly, as far as that is known."""
         ...

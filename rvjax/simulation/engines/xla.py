@@ -55,8 +55,9 @@ class XlaEngine:
         del drawn
         return {"engine": self.name, **jax_config.settings()}
 
-    def begin(self, drawn: Drawn, device: Device | None = None) -> XlaChunk:
+    def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> XlaChunk:
         """A chunk at t = 0, on a device; the first by default."""
+        del steps
         leaves, structure = jax.tree.flatten(drawn)
         place = device or jax.local_devices()[0]
         rows = jax.device_put(np.asarray(leaves, dtype=jax_config.precision()), place)  # a single transfer; 150 would take 6 ms

@@ -30,6 +30,10 @@ EMITTER = 1
 FLIGHT = ("begin", "advance", "finish")
 """The functions that every flight needs."""
 
+PAYS = 1_500_000
+"""Steps of single samples from which on optimising pays: code that is compiled as fast as possible takes a second more for two
+million steps, and optimising takes a second."""
+
 Rows = NDArray[Any]
 
 
@@ -58,7 +62,8 @@ class Flight:
         }
         self._k = jax.ShapeDtypeStruct((), jnp.int32)
         self._traced: dict[str, Traced] = {}
-        self._compiled: dict[str, Function] = {}
+        self._compiled: dict[tuple[str, int], Function] = {}
+        self._expected = 0
         self._lock = RLock()
 
     @property
@@ -75,10 +80,16 @@ class Flight:
                 self._traced[name] = Traced(*scalarised(function, *given, step=stepped))
             return self._traced[name]
 
-    def function(self, name: str) -> Function:
-        """The machine code of a function."""
+    def expect(self, steps: int) -> None:
+        """Steps of single samples that are to come."""
         with self._lock:
-            if name not in self._compiled:
+            self._expected += steps
+
+    def function(self, name: str) -> Function:
+        """The machine code of a function: optimised for the steps of flights that last, else compiled as fast as possible."""
+        with self._lock:
+            level = 2 if name == "advance" and self._expected >= PAYS else 0
+            if (name, level) not in self._compiled:
                 in_place = name in ("begin", "advance")
                 kernel = Kernel(
                     self.traced(name).program,
@@ -88,8 +99,8 @@ class Flight:
                     real=self.real,
                     out=self.real if in_place else np.dtype(np.float64),
                 )
-                self._compiled[name] = Function(kernel, self.target)
-            return self._compiled[name]
+                self._compiled[name, level] = Function(kernel, self.target, level)
+            return self._compiled[name, level]
 
     def digest(self) -> str:
         """SHA-256 of what its flights compute."""
@@ -121,19 +132,22 @@ class LlvmEngine:
         """The precision and the digest of the program: nothing of the machine."""
         return {"engine": self.name, "precision": jax_config.precision(), "program": self.flight(drawn).digest()}
 
-    def begin(self, drawn: Drawn, device: Device | None = None) -> LlvmChunk:
+    def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> LlvmChunk:
         """A chunk at t = 0, on this processor."""
         del device
-        return LlvmChunk(self.flight(drawn), drawn)
+        functions = self.flight(drawn)
+        chunk = LlvmChunk(functions, drawn)
+        functions.expect(chunk.samples * steps)
+        return chunk
 
 
 class LlvmChunk:
-    """A chunk in memory: groups of lanes, each with its numbers and its carry side by side."""
+    """A chunk in memory: groups of lanes, each with its numbers and its carry side by side. samples: how many fly."""
 
     def __init__(self, functions: Flight, drawn: Drawn) -> None:
         self._flight, real = functions, functions.real
         rows = np.asarray(jax.tree.leaves(drawn), dtype=real)
-        self._samples, self._numbers = rows.shape[1], packed(rows, functions.lanes)
+        self.samples, self._numbers = rows.shape[1], packed(rows, functions.lanes)
         self._groups = len(self._numbers)
         self._carry = self._memory(functions.carry, real)
         functions.function("begin")(self._groups, 0, 1, self._numbers, self._carry, self._carry)
@@ -170,7 +184,7 @@ class LlvmChunk:
 
     def _tree(self, memory: Rows, shapes: Any) -> Any:
         """The arrays over the lanes; a NaN has its usual bits."""
-        rows = unpacked(memory, self._samples)
+        rows = unpacked(memory, self.samples)
         rows[np.isnan(rows)] = np.nan
         leaves, structure = jax.tree.flatten(shapes)
         arrays: list[Rows] = []

@@ -57,7 +57,8 @@ class Function:
     """A function of machine code (`text.assembly`). Threads may share it."""
 
     def __init__(self, kernel: Kernel, target: Target | None = None, level: int = 2) -> None:
-        """target: this machine by default. level: of LLVM's optimisation, which changes no bit."""
+        """target: this machine by default. level: of LLVM's optimisation, which changes no bit. 0 is compiled in a third of the
+        time and takes 2.5 times as long to fly as 2."""
         import llvmlite.binding as llvm
 
         _started()
@@ -89,10 +90,11 @@ def _linked(linker: Any, module: Any, machine: Any, level: int) -> Any:
     its older linker ends the process where they lie apart."""
     import llvmlite.binding as llvm
 
-    options = llvm.create_pipeline_tuning_options(speed_level=level)
-    options.slp_vectorization = options.loop_vectorization = False
-    builder = llvm.create_pass_builder(machine, options)
-    builder.getModulePassManager().run(module, builder)
+    if level:
+        options = llvm.create_pipeline_tuning_options(speed_level=level)
+        options.slp_vectorization = options.loop_vectorization = False
+        builder = llvm.create_pass_builder(machine, options)
+        builder.getModulePassManager().run(module, builder)
     return llvm.JITLibraryBuilder().add_ir(module).export_symbol(ENTRY).add_current_process().link(linker, ENTRY)
 
 
