@@ -13,6 +13,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.extend import core as jaxpr_core
 
 from rvjax.campaign import Model, Quantity
 from rvjax.campaign.python_files import PythonFile
@@ -104,7 +105,9 @@ def unused(file: PythonFile, family: str, member: Component[Any], model: Model, 
     if family not in _TRACED:
         return []
     function = traced(family, member.build(model), layout)
-    closed, again = (jax.make_jaxpr(lambda *a: function(*a))(given, ARGUMENTS) for _ in range(2))  # JAX keeps a function's trace
+    kind = jnp.result_type(float)  # in float32 a clock stands still
+    exact = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, kind), (given, ARGUMENTS))
+    closed, again = (jax.make_jaxpr(lambda *a: function(*a))(*exact) for _ in range(2))  # JAX keeps a function's trace
     if not _same(closed, again):
         pure = "accepted: functions of their arguments only; no chance, no clock, nothing kept"
         mistake = UserMistake("two traces are different programs", pure)
@@ -223,7 +226,21 @@ _TRACED: Mapping[str, Callable[..., Any]] = {
 def _same(first: Any, second: Any) -> bool:
     """Whether two traces are the same program with the same constants."""
     constants = all(np.array_equal(a, b, equal_nan=True) for a, b in zip(first.consts, second.consts, strict=False))
-    return str(first) == str(second) and len(first.consts) == len(second.consts) and constants
+    literals = list(_literals(first.jaxpr)) == list(_literals(second.jaxpr))  # of which the text has only some digits
+    return str(first) == str(second) and literals and len(first.consts) == len(second.consts) and constants
+
+
+def _literals(jaxpr: Any) -> Iterator[bytes]:
+    """The numbers that stand in a program, those of the programs in it included."""
+    for equation in jaxpr.eqns:
+        yield from (np.asarray(atom.val).tobytes() for atom in equation.invars if isinstance(atom, jaxpr_core.Literal))
+        for inner in jax.tree.leaves(list(equation.params.values()), is_leaf=_is_program):
+            if _is_program(inner):
+                yield from _literals(getattr(inner, "jaxpr", inner))
+
+
+def _is_program(value: Any) -> bool:
+    return hasattr(value, "eqns") or hasattr(value, "jaxpr")
 
 
 def _without_effect(jaxpr: Any, given: Numbers) -> set[str]:

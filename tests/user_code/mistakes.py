@@ -105,7 +105,7 @@ MISTAKES = (
              "real numbers of shape (3,)"),
     _returns("a number as force", "Command(1.0, torque, measured.rho, {'integral': integral})", "the force of respond has the shape ()"),
     _returns("force is none", "Command(None, torque, measured.rho, {'integral': integral})", "the force of respond is None"),
-    _returns("complex", "Command(force * 1j, torque, measured.rho, {'integral': integral})", "has the type complex64"),
+    _returns("complex", "Command(force * 1j, torque, measured.rho, {'integral': integral})", "has the type complex"),
     _returns("boolean", "Command(force > 0, torque, measured.rho, {'integral': integral})", "has the type bool"),
     _returns("a text as torque", "Command(force, 'no', measured.rho, {'integral': integral})", "the torque of respond is a str"),
     _returns("rate of another shape", "Command(force, torque, measured.rho[:2], {'integral': integral})", "the rate of respond, entry 1",
