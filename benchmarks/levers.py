@@ -35,7 +35,6 @@ ROWS: Mapping[str, Mapping[str, Any]] = {
     "instructions in the order of the program": {"options": ["-enable-misched=false"]},
     "scheduled for parallel instructions": {"options": ["-misched=ilpmax"]},
     "scheduled for few registers": {"options": ["-misched=ilpmin"]},
-    "registers allocated the simple way": {"options": ["-regalloc=basic"]},
     "products and sums contracted, other bits": {"flags": "contract"},
     "everything that -ffast-math allows, other bits": {"flags": "fast"},
     "profile: divisions as products": {"row": "div"},
