@@ -1,8 +1,8 @@
 """What each lever is worth, and where the time goes: `python -m benchmarks.levers [--rounds N] [--float32]`.
 
-Every row is the engine `llvm` with one thing changed, in a process of its own; the processes stand ready and fly in turn, and a
-row's ratio is the median over the rounds of its speed over that of the product in the same round. What came out:
-docs/performance.md. Rows that begin with `profile` compute something else: they show what a part of a step costs.
+Every row is the engine `llvm` with one thing changed. Each row has its process, and the processes fly in turn. A ratio is the
+median over the rounds: speed of the row by speed of the product in the same round. Rows that begin with `profile` compute
+something else. They show what a part of a step costs. Results: docs/performance.md.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ def real_only(row: Callable[..., Any], usual: Callable[..., Any], to: Any, param
 
 
 def multiplied(to: Any, params: Any, kind: Any, operands: Any) -> Any:
-    """A product in the place of a quotient."""
+    """Multiplies instead of dividing."""
     return to.emit("fmul", kind, *operands)
 
 
@@ -171,7 +171,7 @@ def extreme(code: str, to: Any, params: Any, kind: Any, operands: Any) -> Any:
 
 
 def without(names: list[str], call: Callable[..., Any], to: Any, params: Any, avals: Any, operands: Any) -> Any:
-    """A product in the place of an elementary function."""
+    """Multiplies instead of computing an elementary function."""
     import numpy as np
 
     if params["call_jaxpr"].jaxpr.debug_info.func_name not in names:
@@ -198,7 +198,7 @@ def stages(rate: Callable[..., Any], t: Any, y: Any, h: Any, first: Any) -> Any:
 
 
 def unoptimised(linker: Any, module: Any, machine: Any, level: int) -> Any:
-    """Links a module as it is written."""
+    """Links a module without optimising it."""
     import llvmlite.binding as llvm
 
     from rvjax.simulation.engines.llvm.machine_code import ENTRY

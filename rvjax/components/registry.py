@@ -7,7 +7,7 @@ error.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
@@ -94,6 +94,16 @@ def members(family: str) -> Mapping[str, str]:
             raise UsageError(f"two components have the name {entry.name!r} in rvjax.{family}: {both}")
         table[entry.name] = entry.value
     return table
+
+
+def foreign(spec: Spec) -> Iterator[PythonFile | str]:
+    """What of a campaign's components is not of this package: each file of a user, and the module of each installed one."""
+    uses = [(FAMILY_OF.get(choice.section, ""), choice.use) for choice in spec.components]
+    for family, use in (*uses, *(("metrics", name) for name in members("metrics"))):
+        if isinstance(use, PythonFile):
+            yield use
+        elif family and not (origin := members(family)[use].partition(":")[0]).startswith("rvjax."):
+            yield origin
 
 
 def module_of(family: str, name: str) -> Any:

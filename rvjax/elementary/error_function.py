@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from rvjax.elementary.exponential import exp
-from rvjax.elementary.formats import FLOAT32, Real, arithmetic, format_of, namespace, polynomial, with_sign
+from rvjax.elementary.formats import Real, arithmetic, by_format, namespace, polynomial, with_sign
 
 
 class _Tables(NamedTuple):
@@ -71,13 +71,14 @@ _FLOAT32 = _Tables(
         -7.386784456615342,
     ),
 )
+_tables = by_format(_FLOAT64, _FLOAT32)
 
 
 @arithmetic
 def erf(x: Real) -> Real:
     """erf x = (2/√π) ∫₀ˣ e^(−t²) dt. Error: at most 1.4 units in the last place in both types."""
     xp = namespace(x)
-    tables = _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64
+    tables = _tables(x)
     size, square = xp.abs(x), x * x
     near = size + size * polynomial(square, tables.near)
     far = 1.0 - exp(-square) * polynomial(1.0 / (size + 2.0), tables.far)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rvjax.elementary.formats import FLOAT32, LN2, Real, arithmetic, format_of, namespace, polynomial, power_of_two, scaled
+from rvjax.elementary.formats import LN2, Real, arithmetic, by_format, format_of, namespace, polynomial, power_of_two, scaled
 
 
 class _Tables(NamedTuple):
@@ -72,6 +72,7 @@ _FLOAT32 = _Tables(
         0.0001545318282995974,
     ),
 )
+_tables = by_format(_FLOAT64, _FLOAT32)
 
 
 @arithmetic
@@ -98,10 +99,6 @@ def _parts(x: Real) -> tuple[Real, Real]:
     k = xp.round(x * (1.0 / LN2))
     r = (x - k * t.parts[0]) - k * t.parts[1]
     return 1.0 + (r + r * r * polynomial(r, t.fit)), k
-
-
-def _tables(x: Real) -> _Tables:
-    return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64
 
 
 @arithmetic

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import reduce, wraps
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+
+T = TypeVar("T")
 
 Real = Any
 """A number, or an array of NumPy's or JAX's."""
@@ -21,7 +23,7 @@ LN2 = 0.6931471805599453
 """ln 2, rounded."""
 
 _HOST = (np.ndarray, np.generic, int, float)
-"""What NumPy computes; all else has a namespace of its own."""
+"""Types that NumPy computes with. Arrays of other types name their namespace."""
 
 
 class Format(NamedTuple):
@@ -88,6 +90,11 @@ def only_float64(x: Real) -> None:
     """Errors: TypeError for another type."""
     if format_of(x) is not FLOAT64:
         raise TypeError(f"a function of {x.dtype} numbers: float64 is accepted")
+
+
+def by_format(in_float64: T, in_float32: T) -> Callable[[Real], T]:
+    """x → the coefficients for its type."""
+    return lambda x: in_float32 if format_of(x) is FLOAT32 else in_float64
 
 
 def bits(x: Real) -> Real:

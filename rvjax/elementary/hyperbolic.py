@@ -16,18 +16,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from rvjax.elementary.exponential import half_exp
-from rvjax.elementary.formats import (
-    FLOAT32,
-    LN2,
-    Real,
-    arithmetic,
-    either,
-    format_of,
-    namespace,
-    polynomial,
-    power_of_two,
-    with_sign,
-)
+from rvjax.elementary.formats import LN2, Real, arithmetic, by_format, either, namespace, polynomial, power_of_two, with_sign
 
 
 class _Tables(NamedTuple):
@@ -67,6 +56,7 @@ _FLOAT32 = _Tables(
     fit=(-0.3333331297505319, 0.13327912157947672, -0.05181412651917776),
     sine=(0.16666666646842135, 0.00833333967591706, 0.00019838101968683888, 2.8062802582276946e-06),
 )
+_tables = by_format(_FLOAT64, _FLOAT32)
 
 
 @arithmetic
@@ -103,7 +93,3 @@ def cosh(x: Real) -> Real:
     xp = namespace(x)
     half = half_exp(xp.abs(x))
     return half + 0.25 / half
-
-
-def _tables(x: Real) -> _Tables:
-    return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rvjax.elementary.formats import FLOAT32, Real, arithmetic, bits, either, format_of, namespace, polynomial, with_sign
+from rvjax.elementary.formats import Real, arithmetic, bits, by_format, either, format_of, namespace, polynomial, with_sign
 
 
 class _Tables(NamedTuple):
@@ -78,6 +78,7 @@ _FLOAT32 = _Tables(
         0.03370072632136513,
     ),
 )
+_tables = by_format(_FLOAT64, _FLOAT32)
 
 
 @arithmetic
@@ -153,7 +154,3 @@ def _angle(quarters: Real, sign: Real, t: Real) -> Real:
     tail = t * square * polynomial(square, tables.tangent)
     first, second = tables.quarter
     return quarters * first + (sign * t + (sign * tail + quarters * second))
-
-
-def _tables(x: Real) -> _Tables:
-    return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from rvjax.elementary.formats import FLOAT32, LN2, Real, arithmetic, bits, either, format_of, namespace, number, polynomial
+from rvjax.elementary.formats import LN2, Real, arithmetic, bits, by_format, either, format_of, namespace, number, polynomial
 
 
 class _Tables(NamedTuple):
@@ -42,6 +42,7 @@ _FLOAT32 = _Tables(
     root=0x3F3504F3,
     fit=(0.6666668504421033, 0.3998877866920588, 0.2958003547825995),
 )
+_tables = by_format(_FLOAT64, _FLOAT32)
 
 
 @arithmetic
@@ -97,10 +98,6 @@ def split_normal(x: Real) -> tuple[Real, Real, Real]:
     field = exponent << form.digits
     k = number(exponent + bits(xp.asarray(form.ones, x.dtype))) - form.ones
     return k, number(whole - field) - 1.0, number(bits(xp.asarray(2.0, x.dtype)) - field)
-
-
-def _tables(x: Real) -> _Tables:
-    return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64
 
 
 def _bend(f: Real, more: Real) -> Real:

@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 from rvjax.elementary.exponential import exp_of_sum
 from rvjax.elementary.formats import (
-    FLOAT32,
     LN2,
     Real,
     arithmetic,
     bits,
+    by_format,
     either,
     format_of,
     head,
@@ -62,6 +62,7 @@ _FLOAT32 = _Tables(
     ln2=(0.693115234375, 3.1946184945309415e-05),
     fit=(0.5999956153250473, 0.43200163347968806),
 )
+_tables = by_format(_FLOAT64, _FLOAT32)
 
 
 def integer_power(x: Real, n: int) -> Real:
@@ -157,7 +158,3 @@ def _exponential(high: Real, low: Real) -> Real:
     second = (low - (cut - high)) * LN2 + cut * t.ln2[1]
     total = first + second
     return scaled(1.0 + exp_of_sum(total, second - (total - first)), k)
-
-
-def _tables(x: Real) -> _Tables:
-    return _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64

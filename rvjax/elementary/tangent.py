@@ -17,7 +17,7 @@ import math
 from typing import NamedTuple
 
 from rvjax.elementary import trigonometric
-from rvjax.elementary.formats import FLOAT32, Real, arithmetic, format_of, namespace, polynomial, with_sign_times
+from rvjax.elementary.formats import Real, arithmetic, by_format, namespace, polynomial, with_sign_times
 
 
 class _Tables(NamedTuple):
@@ -45,6 +45,7 @@ _FLOAT32 = _Tables(
     parts=trigonometric._FLOAT32.parts,
     fit=(0.33333328863819534, 0.13334258045121553, 0.05367189728678659, 0.024859938396875444),
 )
+_tables = by_format(_FLOAT64, _FLOAT32)
 
 
 @arithmetic
@@ -54,7 +55,7 @@ def tan(x: Real) -> Real:
     Error for |x| ≤ 1e8 rad (float64) or 1e4 rad (float32): at most 1.6 units in the last place. Beyond, digits are lost.
     """
     xp = namespace(x)
-    tables = _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64
+    tables = _tables(x)
     size = xp.abs(x)
     n = xp.round(size * (4.0 / math.pi))
     first, second, *others = (0.5 * part for part in tables.parts)

@@ -17,7 +17,7 @@ import math
 from functools import reduce
 from typing import NamedTuple
 
-from rvjax.elementary.formats import FLOAT32, Real, arithmetic, bits, format_of, namespace, number
+from rvjax.elementary.formats import Real, arithmetic, bits, by_format, format_of, namespace, number
 
 
 class _Tables(NamedTuple):
@@ -44,6 +44,7 @@ _FLOAT32 = _Tables(
     parts=(1.5703125, 0.0004825592041015625, 1.2665987014770508e-06, 9.89530235528946e-10, 2.5633440682570896e-12),
     fit=(-0.1666666666387985, 0.008333332768529359, -0.0001984108650700057, 2.753645944364609e-06, -2.408009508712208e-08),
 )
+_tables = by_format(_FLOAT64, _FLOAT32)
 
 
 @arithmetic
@@ -71,7 +72,7 @@ def _alternating(y: Real, n: Real) -> Real:
 def _sine(x: Real, quarters: Real) -> Real:
     """sin(x − quarters π/2) of a difference within ±π/2."""
     xp = namespace(x)
-    tables = _FLOAT32 if format_of(x) is FLOAT32 else _FLOAT64
+    tables = _tables(x)
     r = reduce(lambda rest, part: rest - quarters * part, tables.parts, x)
     r = xp.clip(r, -0.5 * math.pi, 0.5 * math.pi)
     square = r * r

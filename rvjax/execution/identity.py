@@ -17,7 +17,7 @@ import numpy as np
 import rvjax
 from rvjax.campaign.python_files import PythonFile
 from rvjax.components import installed_code
-from rvjax.components.registry import FAMILY_OF, component, members
+from rvjax.components.registry import component, foreign
 from rvjax.cores import cores
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.draws import Draws
@@ -48,18 +48,18 @@ def identity(problem: Problem) -> dict[str, Any]:
     """Everything that decides the bits of a chunk, apart from its number. Needs a configured process; starts JAX and traces the
     flight."""
     engine = engine_of(problem)
-    foreign = _foreign(problem)
+    others = _foreign(problem)
     packages = {
         *(() if engine.name == "llvm" else COMPILING),
         *component("samplers", problem.spec.sampler.use).packages,
-        *(COMPUTING if foreign else ()),
+        *(COMPUTING if others else ()),
     }
     return {
         "campaign": problem.fingerprint,
         "seed": problem.spec.seed,
         "rvjax": rvjax.__version__,
         "code": source_digest(FLYING),
-        "components": foreign,
+        "components": others,
         "packages": {name: version(name) for name in sorted(packages)},
         **({} if problem.dispersions.extends else {PLAN: {"use": problem.spec.sampler.use, "samples": problem.spec.samples}}),
         "lanes": LANES,
@@ -93,14 +93,9 @@ def packages() -> dict[str, str]:
 def _foreign(problem: Problem) -> dict[str, Any]:
     """The code of every component that is not of this package: the digest of each file beside the campaign that is executed; of
     an installed package its version and the digest of its code."""
-    uses = [(FAMILY_OF.get(choice.section, ""), choice.use) for choice in problem.spec.components]
-    uses += [("metrics", name) for name in members("metrics")]
     code: dict[str, Any] = {}
-    for family, use in uses:
-        if isinstance(use, PythonFile):
-            code |= use.digests
-        elif family and not (origin := members(family)[use].partition(":")[0]).startswith("rvjax."):
-            code[origin] = installed_code.identity(origin)
+    for part in foreign(problem.spec):
+        code |= part.digests if isinstance(part, PythonFile) else {part: installed_code.identity(part)}
     return code
 
 

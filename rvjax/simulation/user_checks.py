@@ -31,6 +31,7 @@ from rvjax.physics.state import Measurement, Motion, Numbers, Plant, Report, Sta
 from rvjax.physics.thruster_allocation import Allocation
 from rvjax.physics.vectors import Channels, Symmetric, Thrusts, Vector
 from rvjax.simulation.effects_sum import effects_sum
+from rvjax.simulation.jaxprs import inside
 
 NUMBER = jax.ShapeDtypeStruct((), jnp.float32)
 VECTOR = Vector(NUMBER, NUMBER, NUMBER)
@@ -234,13 +235,8 @@ def _literals(jaxpr: Any) -> Iterator[bytes]:
     """The numbers that stand in a program, those of the programs in it included."""
     for equation in jaxpr.eqns:
         yield from (np.asarray(atom.val).tobytes() for atom in equation.invars if isinstance(atom, jaxpr_core.Literal))
-        for inner in jax.tree.leaves(list(equation.params.values()), is_leaf=_is_program):
-            if _is_program(inner):
-                yield from _literals(getattr(inner, "jaxpr", inner))
-
-
-def _is_program(value: Any) -> bool:
-    return hasattr(value, "eqns") or hasattr(value, "jaxpr")
+        for inner in inside(equation):
+            yield from _literals(inner)
 
 
 def _without_effect(jaxpr: Any, given: Numbers) -> set[str]:

@@ -99,7 +99,7 @@ MUTANTS = (
     Mutant(
         "versions of NumPy in every identity",
         "execution/identity.py",
-        "*(COMPUTING if foreign else ()),",
+        "*(COMPUTING if others else ()),",
         "*COMPUTING,",
         VERSIONS,
     ),

@@ -25,7 +25,7 @@ MUTANTS = (
     Mutant("helpers are not read", FILES, "            todo += _beside(", "            _ = lambda: _beside(", EDITED),
     Mutant("the digest of the file only", FILES, "repr((self.file, self.digests))", "repr((self.file, self.digests[self.file]))", EDITED),
     Mutant("a compiled program by the text alone", "campaign/model.py", "if isinstance(value.use, PythonFile) else []", "if False else []", EDITED),
-    Mutant("user files outside of the identity", "execution/identity.py", "            code |= use.digests", "            pass", RESUMED),
+    Mutant("user files outside of the identity", "execution/identity.py", "part.digests if isinstance", "{} if isinstance", RESUMED),
     Mutant("a file that is read again", CODE, "compile(self._file.sources[source], shown", "compile(open(shown).read(), shown", BYTES),
     Mutant(
         "modules by their names", CODE, 'f"{file.digest} {file.folder}".encode()', 'b""',

@@ -12,8 +12,7 @@ import numpy as np
 
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.plain_values import Place
-from rvjax.campaign.python_files import PythonFile
-from rvjax.components.registry import FAMILY_OF, members
+from rvjax.components.registry import FAMILY_OF, foreign
 from rvjax.errors import CampaignError
 from rvjax.simulation import user_checks
 from rvjax.simulation.engines.interface import Engine
@@ -80,8 +79,8 @@ def _in_the_way(engine: LlvmEngine, problem: Problem) -> tuple[str, Place]:
     """Why the engine `llvm` cannot fly a problem, empty where it can; and the place of the component whose fault it is."""
     if (device := jax.local_devices()[0]).platform != "cpu":
         return f"the device is {device.device_kind}", ()
-    if not _foreign(problem):
-        return "", ()  # tests/engines flies every component of this package with it
+    if not any(foreign(problem.spec)):
+        return "", ()  # tests/engines/test_components.py tries every component of this package
     from rvjax.simulation.draws import Draws
 
     flight = engine.flight(Draws.of(problem, np.arange(1, dtype=np.int64))[1])
@@ -91,13 +90,6 @@ def _in_the_way(engine: LlvmEngine, problem: Problem) -> tuple[str, Place]:
     except UnsupportedError as error:
         return next(_components_in_the_way(problem), (f"it has no rule for JAX's {error}", ("engine",)))
     return "", ()
-
-
-def _foreign(problem: Problem) -> bool:
-    """Whether a component is not of this package."""
-    uses = [(FAMILY_OF.get(choice.section, ""), choice.use) for choice in problem.spec.components]
-    uses += [("metrics", name) for name in members("metrics")]
-    return any(family and (isinstance(use, PythonFile) or not members(family)[use].startswith("rvjax.")) for family, use in uses)
 
 
 def _components_in_the_way(problem: Problem) -> Iterator[tuple[str, Place]]:

@@ -14,6 +14,7 @@ import numpy as np
 from rvjax.simulation.engines.llvm.arrays import Row, Values, lookup
 from rvjax.simulation.engines.llvm.elementwise import apply
 from rvjax.simulation.engines.llvm.program import BOOL, INT32, Builder, Region, UnsupportedError, Value
+from rvjax.simulation.jaxprs import inside
 
 UNROLLED = 4000
 """Most equations of a loop that is unrolled."""
@@ -33,18 +34,7 @@ def function(key: str) -> Row:
 
 def equations(jaxpr: Any) -> int:
     """The equations of a jaxpr, those inside of others included."""
-    inner = [value for equation in jaxpr.eqns for value in _jaxprs(equation.params.values())]
-    return len(jaxpr.eqns) + sum(equations(part) for part in inner)
-
-
-def _jaxprs(values: Any) -> list[Any]:
-    found: list[Any] = []
-    for value in values:
-        if isinstance(value, (tuple, list)):
-            found += _jaxprs(value)
-        elif hasattr(value, "eqns") or hasattr(value, "jaxpr"):
-            found.append(getattr(value, "jaxpr", value))
-    return found
+    return len(jaxpr.eqns) + sum(equations(part) for equation in jaxpr.eqns for part in inside(equation))
 
 
 def _flat(arrays: Sequence[Values]) -> list[Value]:
