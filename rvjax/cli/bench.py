@@ -34,6 +34,10 @@ def command(
             help="`benchmarks` of a clone, whose code is run; default: that of the clone in which the command is given.",
         ),
     ] = None,
+    way: Annotated[
+        list[str] | None,
+        typer.Option("--way", metavar="WAY", help="Only this way to fly, beside rvjax itself; may be repeated. Default: all."),
+    ] = None,
     growth: Annotated[bool, typer.Option(help="Also time and memory from 10³ to 10⁶ samples.")] = True,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -42,7 +46,7 @@ def command(
     from rvjax.execution.bench import measure
 
     output = Output(as_json, quiet)
-    result = measure(file, rounds, yardsticks, growth, output.note)
+    result = measure(file, rounds, yardsticks, way or (), growth, output.note)
     output.document(asdict(result))
     _show(result, output)
     differing = [way for way, agree in result.agree.items() if not agree]

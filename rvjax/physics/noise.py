@@ -5,8 +5,8 @@
 
 They do not depend on the other samples of a chunk, or on where a flight is interrupted. Counters and bits: J. Salmon et al.,
 "Parallel random numbers: as easy as 1, 2, 3", SC'11; normal numbers: G. Box, M. Muller, Ann. Math. Statist., 1958. Each number
-takes a word of 32 bits, in single precision for every flight: |ξ| ≤ 6.77, steps of 1e-7, and the same noise in float32 and
-float64. Twelve times as fast as `jax.random.normal`, which takes 64 bits and an inverse error function (docs/performance.md).
+takes a word of 32 bits, so |ξ| ≤ 6.77. A flight in float32 has the noise of a flight in float64, to the last digits of single
+precision. Twelve times as fast as `jax.random.normal`, which takes 64 bits and an inverse error function (docs/performance.md).
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ _TURNS = ((13, 15, 26, 6), (17, 29, 16, 24))
 """Bits by which the rounds rotate; four rounds between two additions of the key."""
 
 _PARITY = np.uint32(0x1BD11BDA)
-_SHARE = np.float32(2.0**-32)
 
 
 def normals(key: tuple[Scalar, ...], k: Scalar, count: int) -> tuple[Scalar, ...]:
@@ -34,15 +33,16 @@ def normals(key: tuple[Scalar, ...], k: Scalar, count: int) -> tuple[Scalar, ...
     a, b, c, d = (part.astype(jnp.uint32) for part in key)
     words = ((a << 16) | b, (c << 16) | d)
     step = jnp.asarray(k).astype(jnp.uint32)
-    drawn = [x for j in range((count + 1) // 2) for x in pair(*threefry(words, (step, jnp.uint32(j))))]
-    return tuple(x.astype(key[0].dtype) for x in drawn[:count])
+    real = key[0].dtype
+    pairs = (pair(*(word.astype(real) for word in threefry(words, (step, jnp.uint32(j))))) for j in range((count + 1) // 2))
+    return tuple(x for both in pairs for x in both)[:count]
 
 
 def pair(first: Scalar, second: Scalar) -> tuple[Scalar, Scalar]:
-    """Two independent standard normal numbers from two words, in single precision."""
-    share = (first.astype(jnp.float32) + np.float32(0.5)) * _SHARE
-    angle = second.astype(jnp.float32) * np.float32(2.0 * math.pi * 2.0**-32)
-    size = jnp.sqrt(np.float32(-2.0) * log(share))
+    """Two independent standard normal numbers from two words, in their type."""
+    share = (first + 0.5) * 2.0**-32
+    angle = second * (2.0 * math.pi * 2.0**-32)
+    size = jnp.sqrt(-2.0 * log(share))
     return size * cos(angle), size * sin(angle)
 
 

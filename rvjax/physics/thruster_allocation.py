@@ -47,6 +47,10 @@ POLISH = 3
 SHORTEN = 0.995
 """Longest interior-point step, as a share of the way to the nearest bound."""
 
+ROUNDING = 8.0
+"""A share within ROUNDING eps/ε of a bound counts as at the bound: rounding may have moved it there or away. It matters where a
+thruster is at its bound without being pressed against it, as all are for a wrench of zero."""
+
 BEGIN = 0.3
 """Multipliers at the start; x starts at ½."""
 
@@ -154,7 +158,8 @@ def bounded_least_squares(layout: Layout, steps: int = STEPS, polish: int = POLI
         return Solved(each(lambda s: jnp.clip(s, 0.0, 1.0), a.across(y) / EPSILON), w)
 
     def follow(w: Channels, solved: Solved) -> Thrusts:
-        free = movable(solved.x)
+        margin = ROUNDING * jnp.finfo(jnp.result_type(*solved.x.parts())).eps / EPSILON
+        free = movable(solved.x, margin)
         moved = a.across(back(cholesky(a.gram(free)), scale * (w - solved.w)))
         return each(lambda x, dx: jnp.clip(x + dx, 0.0, 1.0), solved.x, free * moved)
 
@@ -213,9 +218,9 @@ def newton(a: Matrix, b: Channels, y: Channels) -> Channels:
     return y - back(cholesky(a.gram(movable(shares))), wrong)
 
 
-def movable(shares: Thrusts) -> Thrusts:
-    """1/ε if a thruster is between its bounds, else 0."""
-    return each(lambda s: jnp.where((s > 0.0) & (s < 1.0), 1.0 / EPSILON, 0.0), shares)
+def movable(shares: Thrusts, margin: Scalar = 0.0) -> Thrusts:
+    """1/ε if a thruster is farther than the margin from both bounds, else 0."""
+    return each(lambda s: jnp.where((s > margin) & (s < 1.0 - margin), 1.0 / EPSILON, 0.0), shares)
 
 
 def cholesky(m: Triangle) -> Triangle:

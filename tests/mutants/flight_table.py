@@ -239,10 +239,25 @@ MUTANTS = (
         "known.alpha - motion.sigma",
         "physics/test_adaptation.py::test_pd_plus_lyapunov_function_falls",
     ),
+    # allocation
+    Mutant(
+        "rounding decides who is at a bound",
+        "physics/thruster_allocation.py",
+        "movable(solved.x, margin)",
+        "movable(solved.x)",
+        "physics/test_thrusters.py::test_rounding_at_a_bound_decides_nothing",
+    ),
     # noise
-    Mutant("ln u without its factor", "physics/noise.py", "np.float32(-2.0)", "np.float32(-1.0)", NORMAL),
-    Mutant("half a turn", "physics/noise.py", "np.float32(2.0 * math.pi * 2.0**-32)", "np.float32(math.pi * 2.0**-32)", NORMAL),
-    Mutant("one word for two numbers", "physics/noise.py", "second.astype", "first.astype", APART),
+    Mutant("ln u without its factor", "physics/noise.py", "jnp.sqrt(-2.0 * log", "jnp.sqrt(-1.0 * log", NORMAL),
+    Mutant("half a turn", "physics/noise.py", "second * (2.0 * math.pi", "second * (math.pi", NORMAL),
+    Mutant("one word for two numbers", "physics/noise.py", "angle = second", "angle = first", APART),
+    Mutant(
+        "noise in single precision",
+        "physics/noise.py",
+        "word.astype(real)",
+        "word.astype(jnp.float32)",
+        "physics/test_noise.py::test_they_are_those_of_box_and_muller",
+    ),
     Mutant("the component is not counted", "physics/noise.py", "(step, jnp.uint32(j))", "(step, jnp.uint32(0))", APART),
     Mutant("the step is not counted", "physics/noise.py", "(step, jnp.uint32(j))", "(step * 0, jnp.uint32(j))", APART),
     Mutant(

@@ -84,9 +84,20 @@ def test_numbers_depend_on_nothing_of_each_other() -> None:
     assert max(sizes) <= bounds(len(pairs))
 
 
+def test_they_are_those_of_box_and_muller() -> None:
+    """By NumPy's functions, from the words of the published generator: to double precision, so that every compiler has the same
+    noise. Kills: single precision, a word that is rounded to 24 bits."""
+    a, b, c, d = (part.astype(np.uint32) for part in key(np.arange(64)))
+    words = threefry((jnp.asarray((a << 16) | b), jnp.asarray((c << 16) | d)), (jnp.uint32(5), jnp.uint32(0)))
+    first, second = (np.asarray(word, dtype=np.float64) for word in words)
+    size, angle = np.sqrt(-2.0 * np.log((first + 0.5) / 2**32)), 2.0 * np.pi * second / 2**32
+    expected = np.stack([size * np.cos(angle), size * np.sin(angle)], axis=-1)
+    np.testing.assert_allclose(drawn(key(np.arange(64)), np.array([5]), 2)[:, 0], expected, rtol=0.0, atol=1e-14)
+
+
 def test_noise_is_the_sample_s_own_wherever_it_flies() -> None:
-    """Bit for bit in chunks of any composition and at any step alone; in another program, with fewer numbers drawn beside it or
-    in float32, to the last digits of single precision.
+    """Bit for bit in chunks of any composition and at any step alone; in another program, with fewer numbers drawn beside it, to
+    the last digits; in float32 to those of single precision.
 
     Kills: a counter that is carried, noise by place in the chunk, another stream in float32, numbers that depend on the count.
     """
@@ -94,8 +105,8 @@ def test_noise_is_the_sample_s_own_wherever_it_flies() -> None:
     some = np.array([40, 3, 3, 63, *range(20, 32)])
     np.testing.assert_array_equal(drawn(key(some), np.array([13, 2]), 6), found[some][:, [13, 2]])
     small = tuple(part.astype(np.float32) for part in key(np.arange(64)))
-    np.testing.assert_allclose(drawn(small, np.arange(20), 6), found, atol=2e-6)
-    np.testing.assert_allclose(drawn(key(np.arange(64)), np.arange(20), 3), found[..., :3], atol=2e-6)
+    np.testing.assert_allclose(drawn(small, np.arange(20), 6), found, atol=1e-5)  # most where u is near 1
+    np.testing.assert_allclose(drawn(key(np.arange(64)), np.arange(20), 3), found[..., :3], atol=1e-14)
 
 
 SAMPLES, H = 4_000, 0.5

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from functools import cache
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -282,6 +283,22 @@ def test_the_solution_of_a_step_is_followed_to_first_order(name: str, full: bool
     wrong, hold = (np.linalg.norm((x - exact) @ columns.T, axis=1) for x in (followed, held))
     assert wrong.max() < 2 * hold.max()
     assert wrong.mean() < 0.1 * hold.mean()
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_rounding_at_a_bound_decides_nothing(dtype: type[np.floating[Any]]) -> None:
+    """For a wrench of zero all thrusters are at their bound, none is pressed against it, and the last digit may say either.
+    Kills: comparing a share with 0 and 1 exactly, so that two compilers fly different first steps."""
+    allocation = bounded_least_squares(ALL["cube-24"])
+    zero, small = (Channels.of((dtype(value),) * 6) for value in (0.0, 0.01))
+    solved = allocation.solve(zero)
+    assert max(float(share) for share in solved.x.parts()) < 1e-12
+    moved = [
+        allocation.follow(small, solved._replace(x=Thrusts((share,) * 24)))
+        for share in (dtype(1e-30), dtype(0.0), dtype(1.0), np.nextafter(dtype(1.0), dtype(0.0)))
+    ]
+    for near, at in (moved[:2], moved[2:]):
+        np.testing.assert_allclose(np.array(near.parts()), np.array(at.parts()), rtol=0.0, atol=1e-6)
 
 
 def test_faults_are_drawn_for_each_thruster_and_may_be_scheduled() -> None:

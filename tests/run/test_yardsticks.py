@@ -102,6 +102,15 @@ def test_a_folder_without_yardsticks_is_a_mistake(tmp_path: Path) -> None:
     assert yardsticks(None) == {}
 
 
+def test_ways_can_be_chosen() -> None:
+    """Kills: an unknown way that is left out in silence; a table without the way that all are compared with."""
+    known = ["rvjax", "rvjax_xla", "simd_c", "numpy"]
+    assert measurement.chosen(["numpy", "rvjax_xla"], known) == ["rvjax", "rvjax_xla", "numpy"]
+    assert measurement.chosen([], known) == known
+    with pytest.raises(UsageError, match=r"--way: simd: no such way to fly; accepted: rvjax, rvjax_xla, simd_c, numpy"):
+        measurement.chosen(["numpy", "simd"], known)
+
+
 def test_an_installed_package_finds_them_in_a_clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """From a folder inside the clone. Kills: looking beside the package only; taking any folder of that name."""
     monkeypatch.setattr(workload, "__file__", str(tmp_path / "site-packages/rvjax/execution/bench/workload.py"))

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.cores import cores
-from rvjax.errors import IncompleteError
+from rvjax.errors import IncompleteError, UsageError
 from rvjax.execution.bench.workload import RVJAX, Case, Values, case, clone_folder, read, yardsticks
 from rvjax.simulation import jax_config
 
@@ -135,19 +135,20 @@ def _limited(process: subprocess.Popen[str], what: str) -> Iterator[None]:
         raise IncompleteError(f"bench: the process that flies {what} has not answered for {ANSWER_S:g} s")
 
 
-def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: bool, say: Say) -> Bench:
+def measure(campaign: Path | None, rounds: int, folder: Path | None, ways: Sequence[str], growth: bool, say: Say) -> Bench:
     """Measures rvjax and every yardstick that can fly here.
 
     campaign: default the starter campaign. rounds: flights of every way, in turn. folder: package of yardsticks, default that of
-    this clone. growth: also time and memory for up to 10⁶ samples.
+    this clone. ways: only these beside `rvjax`; default all. growth: also time and memory for up to 10⁶ samples.
 
-    Errors: CampaignError for the campaign; UsageError where `folder` has no yardsticks; IncompleteError where a process ends
-    before it should.
+    Errors: CampaignError for the campaign; UsageError where `folder` has no yardsticks, and for an unknown way; IncompleteError
+    where a process ends before it should.
     """
     jax_config.configure("float64")
     from rvjax.simulation.batch import LANES
 
     folder = folder or clone_folder()
+    names = chosen(ways, (*RVJAX, *yardsticks(folder)))
     samples = CHUNKS_PER_CORE * cores() * LANES
     with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
         place = Path(name)
@@ -160,7 +161,7 @@ def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: boo
         say("first chunk, cold and warm")
         result.cold_s, result.warm_s = first_chunk(path, place, 4 * LANES)
         workers: dict[str, Worker] = {}
-        for way in (*RVJAX, *yardsticks(folder)):
+        for way in names:
             say(f"preparing {way}")
             worker = stack.enter_context(Worker(_order(way, path, samples, place, folder)))
             answer = worker.answer()
@@ -178,6 +179,14 @@ def measure(campaign: Path | None, rounds: int, folder: Path | None, growth: boo
             say(f"growth: {number:,} samples")
             result.growth.append(growth_of(path, number))
     return result
+
+
+def chosen(ways: Sequence[str], known: Sequence[str]) -> list[str]:
+    """`rvjax`, which all are compared with, and these ways, in the order in which they are known; all without a choice."""
+    unknown = [way for way in ways if way not in known]
+    if unknown:
+        raise UsageError(f"--way: {', '.join(unknown)}: no such way to fly; accepted: {', '.join(known)}")
+    return [way for way in known if not ways or way in ("rvjax", *ways)]
 
 
 def _order(way: str, campaign: Path, samples: int, place: Path, yardsticks_folder: Path | None) -> dict[str, Any]:
