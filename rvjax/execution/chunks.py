@@ -53,8 +53,9 @@ class ChunkRunner:
 
     def fly_chunk(self, chunk: int) -> ChunkResult:
         """Draws and flies a chunk, and encodes its tables."""
-        problem = self.problem
-        draws, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES, dtype=np.int64))
+        problem, first = self.problem, chunk * LANES
+        lanes = self.flyer.lanes(self._samples(chunk))
+        draws, drawn = Draws.of(problem, np.arange(first, first + lanes, dtype=np.int64))
         envelope, places = chunk < ENVELOPE_CHUNKS, devices()
         every = _every(problem) if envelope else max(_every(problem), STRETCH)
         flown = self.flyer.fly(
@@ -62,9 +63,12 @@ class ChunkRunner:
         )
         return ChunkResult(chunk, self._files(chunk, draws, flown))
 
+    def _samples(self, chunk: int) -> int:
+        return min(LANES, self.problem.spec.samples - chunk * LANES)
+
     def _files(self, chunk: int, draws: Draws, flown: Flown) -> tuple[DataFile, ...]:
         problem = self.problem
-        rows = slice(0, min(LANES, problem.spec.samples - chunk * LANES))
+        rows = slice(0, self._samples(chunk))
         files: list[DataFile] = []
         if chunk < ENVELOPE_CHUNKS:
             histories = tables.envelope_table(flown, _instants(problem), draws.samples, rows)

@@ -90,7 +90,7 @@ def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, ro
     """
     if len(samples) > LANES:
         raise UsageError(f"{len(samples)} samples to trace; accepted: up to {LANES}")
-    numbers = np.resize(np.asarray(samples, dtype=np.int64), LANES)
+    numbers = np.resize(np.asarray(samples, dtype=np.int64), flyer.lanes(len(samples)))
     draws, drawn = Draws.of(problem, numbers)
     flown = flyer.fly(drawn, problem.spec.horizon.steps, every, trace=range(len(samples)))
     again, _ = tables.samples_table(problem, draws, flown, slice(0, len(samples)))

@@ -67,6 +67,10 @@ class Flyer:
         """The flyer of a problem, with the engine of its structure."""
         return cls(engine_of(problem))
 
+    def lanes(self, samples: int) -> int:
+        """How many lanes fly for up to LANES samples: LANES with an engine of fixed lanes, else no more than needed."""
+        return LANES if self.engine.fixed_lanes else samples
+
     def fly(
         self,
         drawn: Drawn,

@@ -134,3 +134,21 @@ def test_a_process_keeps_the_engines_used_last(monkeypatch: pytest.MonkeyPatch) 
     choice.engine_of(three)
     assert choice.engine_of(one) is kept
     assert choice.engine_of(two) is not dropped
+
+
+@pytest.mark.parametrize(("engine_name", "lanes"), [("llvm", [40, 3]), ("xla", [LANES, LANES])])
+def test_no_more_lanes_fly_than_needed(
+    engine_name: str, lanes: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bare: None
+) -> None:
+    """The only chunk of 40 samples, and three kept flights. Kills: a full chunk for each; with `xla`, whose
+    programs have a number of lanes, any other number."""
+    begun: list[int] = []
+
+    def counted(self: Flyer, drawn: Any, *given: Any, **more: Any) -> Any:
+        begun.append(len(jax.tree.leaves(drawn)[0]))
+        return fly(self, drawn, *given, **more)
+
+    fly = Flyer.fly
+    monkeypatch.setattr(Flyer, "fly", counted)
+    run(CAMPAIGN, tmp_path / "run", [*SHORT, QUICK, f"engine={engine_name}", "keep={worst: 3}"])
+    assert begun == lanes

@@ -48,6 +48,16 @@ def test_everything_is_in_si(good: Path) -> None:
     assert spec.pursuer.inertia_kgm2.tilt_rad.parts == (HalfNormal(3.0 * DEGREE),)
 
 
+def test_a_text_that_is_read_twice_gives_two_documents() -> None:
+    """Kills: a value that is shared, so that an override changes what the next reader gets; places of another file."""
+    text = "a: {b: [1, 2]}\n"
+    first, second = read_text(text, "x.yaml"), read_text(text, "y.yaml")
+    first.value["a"]["b"].append(3)
+    assert second.value == read_text(text, "x.yaml").value == {"a": {"b": [1, 2]}}
+    assert (first.marks["a", "b"], second.marks["a", "b"]) == ("x.yaml:1:8", "y.yaml:1:8")
+    assert second.key_marks["a",] == "y.yaml:1:1"
+
+
 def test_defaults_and_forms(good: Path) -> None:
     spec = load(good)
     assert (spec.capture.position_m, spec.capture.attitude_mrp, spec.capture.window_s) == (0.01, 0.002, 60.0)

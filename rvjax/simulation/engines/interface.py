@@ -45,6 +45,11 @@ class Engine(Protocol):
         """As in a campaign."""
         ...
 
+    @property
+    def fixed_lanes(self) -> bool:
+        """Whether it compiles for a number of lanes, on which bits may depend. All chunks then have the same."""
+        ...
+
     def identity(self, drawn: Drawn) -> Mapping[str, Any]:
         """What the bits of its flights depend on, besides numbers and code. drawn: numbers of some samples."""
         ...

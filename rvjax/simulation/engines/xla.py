@@ -32,6 +32,7 @@ class XlaEngine:
     """The functions of a flight, compiled once per device, number of lanes and precision."""
 
     name = "xla"
+    fixed_lanes = True
 
     def __init__(self, loop: Loop, metrics: tuple[Metric, ...]) -> None:
         evaluate = jax.jit(partial(closed_loop.evaluate, loop))  # traced once for the four stages of a step

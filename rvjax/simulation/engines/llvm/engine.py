@@ -112,6 +112,7 @@ class LlvmEngine:
     """The functions of a flight as machine code, compiled once per structure of the numbers and precision."""
 
     name = "llvm"
+    fixed_lanes = False
 
     def __init__(self, loop: Loop, metrics: tuple[Metric, ...], target: Target | None = None) -> None:
         """target: the processor; this one by default. It changes no bit."""
