@@ -100,6 +100,5 @@ def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, ro
         raise FolderError(f"samples {', '.join(map(str, samples))}: flown again, {', '.join(differing)} differ from the table")
     signals, measured = problem.loop.controller.signals, bool(problem.navigation)
     effects = {choice.name: effect for choice, effect in zip(problem.spec.effects, problem.loop.effects, strict=True)}
-    return {
-        sample: tables.trace_table(flown.steps, position, signals, measured, effects) for position, sample in enumerate(samples)
-    }
+    frames, columns = tables.trace_tables(flown.steps, signals, measured, effects)
+    return {sample: (frame, columns) for sample, frame in zip(samples, frames, strict=True)}

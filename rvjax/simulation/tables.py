@@ -5,9 +5,10 @@ Flights ─columns→ Table
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import jax
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
@@ -75,22 +76,23 @@ def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np
     return pd.DataFrame({"sample": np.repeat(kept, len(times)), "t_s": np.tile(times, len(kept))} | columns)
 
 
-def trace_table(
-    steps: list[Step],
-    position: int,
-    signals: Mapping[str, Column],
-    measured: bool,
-    effects: Mapping[str, Effect] | None = None,
-) -> tuple[pd.DataFrame, dict[str, Column]]:
-    """A row per observed step of a traced sample, in SI; frames as in `rvjax.physics.state`.
+def trace_tables(
+    steps: Sequence[Step], signals: Mapping[str, Column], measured: bool, effects: Mapping[str, Effect] | None = None
+) -> tuple[list[pd.DataFrame], dict[str, Column]]:
+    """For every traced sample a row per observed step, in SI; frames as in `rvjax.physics.state`.
 
     signals: of the controller. measured: include the measured motion. effects: of the campaign, by name.
     """
-    first = steps[0]
-    shape = first.motion.rho.x.shape  # all samples share the time
-    moving = {name: (effect, first.effects[index]) for index, (name, effect) in enumerate((effects or {}).items())}
-    columns = recorded(signals, first.report.signals, measured, len(thrusts(first)), moving)
-    data = {
-        name: np.array([np.broadcast_to(signal.get(step), shape)[position] for step in steps]) for name, signal in columns.items()
-    }
-    return pd.DataFrame(data), {name: signal.column for name, signal in columns.items()}
+    (samples,) = steps[0].motion.rho.x.shape
+    flat: Step = jax.tree.map(lambda *each: np.concatenate([_of_samples(x, samples) for x in each]), *steps)
+    moving = {name: (effect, flat.effects[index]) for index, (name, effect) in enumerate((effects or {}).items())}
+    columns = recorded(signals, flat.report.signals, measured, len(thrusts(flat)), moving)
+    rows = len(steps) * samples
+    data = {name: np.broadcast_to(signal.get(flat), rows).reshape(len(steps), samples) for name, signal in columns.items()}
+    frames = [pd.DataFrame({name: values[:, place] for name, values in data.items()}) for place in range(samples)]
+    return frames, {name: signal.column for name, signal in columns.items()}
+
+
+def _of_samples(x: Any, samples: int) -> NDArray[Any]:
+    """(samples, …) values; all samples share what has no axis, such as the time."""
+    return np.broadcast_to(x, samples) if np.ndim(x) == 0 else np.asarray(x)

@@ -212,8 +212,8 @@ def test_a_trace_shows_what_is_measured() -> None:
     rows = jax.tree.map(lambda x: jnp.asarray(x)[None], drawn)
     carry = jax.vmap(partial(flight.begin, closed, ()))(rows)
     seen = jax.vmap(lambda own, at: flight.observe(partial(closed_loop.evaluate, closed), own, at, 0))(rows, carry)
-    with_errors, meanings = tables.trace_table([seen], 0, {}, measured=True)
-    without, plain = tables.trace_table([seen], 0, {}, measured=False)
+    (with_errors, *_), meanings = tables.trace_tables([seen], {}, measured=True)
+    (without, *_), plain = tables.trace_tables([seen], {}, measured=False)
     more = [name for name in with_errors if name not in without]
     assert more == [f"seen_{name}" for name in without if name.split("_")[0] in QUANTITIES]
     assert list(without) == [name for name in with_errors if name not in more]

@@ -22,7 +22,7 @@ from rvjax.simulation import closed_loop
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem, load
-from rvjax.simulation.tables import trace_table
+from rvjax.simulation.tables import trace_tables
 from tests.short import CAMPAIGN
 
 Array = NDArray[np.float64]
@@ -315,6 +315,6 @@ def test_faults_are_drawn_for_each_thruster_and_may_be_scheduled() -> None:
     starts = np.isfinite(onset) & (onset < 1e29)
     np.testing.assert_array_equal(starts[0], starts[11])
     np.testing.assert_array_equal(draws.values["faults.effectiveness.schedule.failing"], starts.sum(axis=0))
-    trace, columns = trace_table([begun(problem, drawn)], 2, {}, measured=False)
+    (_, _, trace, *_), columns = trace_tables([begun(problem, drawn)], {}, measured=False)
     assert [name for name in trace if str(name).startswith("thrust_")] == [f"thrust_t{index + 1}_N" for index in range(12)]
     assert columns["thrust_t12_N"].unit == "N"

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from threading import Lock, RLock
+from threading import Lock, RLock, Thread
 from typing import Any, NamedTuple
 
 import jax
@@ -29,6 +30,9 @@ EMITTER = 1
 
 FLIGHT = ("begin", "advance", "finish")
 """The functions that every flight needs."""
+
+QUICKLY = ("begin", "advance", "envelope_point", "finish")
+"""The functions that a flight needs, in the order in which it needs them."""
 
 PAYS = 1_500_000
 """Steps of single samples from which on optimising pays: code that is compiled as fast as possible takes a second more for two
@@ -63,7 +67,9 @@ class Flight:
         self._k = jax.ShapeDtypeStruct((), jnp.int32)
         self._traced: dict[str, Traced] = {}
         self._compiled: dict[tuple[str, int], Function] = {}
+        self._compiling: dict[tuple[str, int], Lock] = {}
         self._expected = 0
+        self._optimising: Thread | None = None
         self._lock = RLock()
 
     @property
@@ -81,14 +87,31 @@ class Flight:
             return self._traced[name]
 
     def expect(self, steps: int) -> None:
-        """Steps of single samples that are to come."""
+        """Steps of single samples that are to come. Once optimising pays, a thread begins to compile."""
         with self._lock:
             self._expected += steps
+            if self._expected >= PAYS and self._optimising is None:
+                self._optimising = Thread(target=self._optimise)
+                self._optimising.start()
+
+    def optimised(self) -> None:
+        """Waits for optimised code, where that pays."""
+        if self._optimising is not None:
+            self._optimising.join()
 
     def function(self, name: str) -> Function:
-        """The machine code of a function: optimised for the steps of flights that last, else compiled as fast as possible."""
+        """The machine code of a function: optimised as soon as that is ready, until then compiled as fast as possible."""
+        return self._compiled.get((name, 2)) or self._function(name, 0)
+
+    def _optimise(self) -> None:
+        for name in QUICKLY:  # LLVM compiles for a thread at a time, and flights wait for these
+            self._function(name, 0)
+        self._function("advance", 2)
+
+    def _function(self, name: str, level: int) -> Function:
         with self._lock:
-            level = 2 if name == "advance" and self._expected >= PAYS else 0
+            compiling = self._compiling.setdefault((name, level), Lock())
+        with compiling:
             if (name, level) not in self._compiled:
                 in_place = name in ("begin", "advance")
                 kernel = Kernel(
@@ -132,6 +155,13 @@ class LlvmEngine:
     def identity(self, drawn: Drawn) -> Mapping[str, Any]:
         """The precision and the digest of the program: nothing of the machine."""
         return {"engine": self.name, "precision": jax_config.precision(), "program": self.flight(drawn).digest()}
+
+    def expect(self, drawn: Drawn, steps: int, *, wait: bool = False) -> None:
+        """Compiles in a thread for flights to come, if that pays. steps: of single samples. wait: until it has compiled."""
+        flight = self.flight(drawn)
+        flight.expect(steps)
+        if wait:
+            flight.optimised()
 
     def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> LlvmChunk:
         """A chunk at t = 0, on this processor."""
@@ -191,7 +221,7 @@ class LlvmChunk:
         arrays: list[Rows] = []
         first = 0
         for leaf in leaves:
-            size = count(leaf)
+            size = math.prod(leaf.shape)
             part = rows[first : first + size]
             arrays.append(part[0] if leaf.shape == () else np.moveaxis(part.reshape(*leaf.shape, -1), -1, 0))
             first += size
@@ -200,4 +230,4 @@ class LlvmChunk:
 
 def count(tree: Any) -> int:
     """The numbers of a tree of shapes."""
-    return sum(int(np.prod(leaf.shape, dtype=np.int64)) for leaf in jax.tree.leaves(tree))
+    return sum(math.prod(leaf.shape) for leaf in jax.tree.leaves(tree))
