@@ -162,6 +162,13 @@ CASES = (
         "ns",
     ),
     Case(
+        "shift_left",
+        lambda x: lax.bitwise_or(lax.shift_left(unsigned(x), np.uint32(35)), lax.shift_left(unsigned(x), np.uint32(3))),
+        lambda x: u32(x) << np.uint32(3),
+        "n",
+    ),
+    Case("shift_right_arithmetic", lambda x: lax.shift_right_arithmetic(whole(x), np.int32(40)), lambda x: i32(x) >> 31, "i"),
+    Case(
         "lt_to",
         lambda x, y: lax.lt_to_p.bind(x, y),
         lambda x, y: np.where(

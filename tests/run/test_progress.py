@@ -191,7 +191,8 @@ def test_python_shows_it_in_a_notebook(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_a_law_that_cannot_be_traced_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """An error of any type in a user's law, met when JAX first traces it. Kills: a folder without a single flight."""
+    """An error of any type in a user's law, met when JAX first traces it: with `xla` after the folder was made. Kills: a folder
+    without a single flight."""
 
     def broken(*arguments: object) -> None:
         raise TypeError("not of this shape")
@@ -199,7 +200,7 @@ def test_a_law_that_cannot_be_traced_leaves_no_folder(tmp_path: Path, monkeypatc
     monkeypatch.setattr("rvjax.simulation.engines.choice._choices", OrderedDict())
     monkeypatch.setattr("rvjax.components.controllers.pd_plus.respond", broken)
     with pytest.raises(TypeError, match="not of this shape"):
-        run(CAMPAIGN, tmp_path / "new" / "run", ONE_CHUNK)
+        run(CAMPAIGN, tmp_path / "new" / "run", [*ONE_CHUNK, "engine=xla"])
     assert list(tmp_path.iterdir()) == []
 
 

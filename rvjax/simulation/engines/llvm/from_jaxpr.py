@@ -81,10 +81,12 @@ def _equation(to: Builder, equation: Any, operands: list[Values]) -> Sequence[Va
     try:
         if (row := elementwise.ROWS.get(name)) is not None:
             return (_each(to, row, equation, operands),)
-        if (move := arrays.ROWS.get(name)) is not None:
-            return move(to, equation.params, [variable.aval for variable in equation.outvars], operands)
-        if (structure := control.ROWS.get(name)) is not None:
-            return structure(to, equation.params, [variable.aval for variable in equation.outvars], operands)
+        if (row := arrays.ROWS.get(name) or control.ROWS.get(name)) is not None:
+            avals = [variable.aval for variable in equation.outvars]
+            results = row(to, equation.params, avals, operands)
+            if [result.shape for result in results] != [aval.shape for aval in avals]:
+                raise AssertionError(f"`{name}`: {[result.shape for result in results]} for {avals}")
+            return results
     except UnsupportedError as error:
         raise UnsupportedError(str(error) if str(error).startswith("`") else f"`{name}` {error}") from None
     raise UnsupportedError(f"`{name}`")
