@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
+import time
 import types
 from collections import OrderedDict
 from pathlib import Path
@@ -15,6 +16,7 @@ from rvjax.errors import CampaignWarning
 from rvjax.execution.progress import PhaseProgress, Progress
 from rvjax.execution.progress_display import ProgressLines
 from rvjax.execution.run import run
+from rvjax.simulation.engines.llvm.engine import LlvmChunk
 from tests.short import CAMPAIGN, QUICK, SHORT
 
 pytestmark = pytest.mark.usefixtures("bare")
@@ -26,8 +28,15 @@ def test_a_single_chunk_shows_its_steps(tmp_path: Path, monkeypatch: pytest.Monk
     """Kills: a run of up to 416 samples that goes from 0 to all; a phase without its begin, its end or its time; a share that
     goes back or exceeds 1; steps of the audit among those of the flights."""
     monkeypatch.setattr("rvjax.execution.executors.threads.LOOK_S", 0.002)
+    advance = LlvmChunk.advance
+
+    def slowly(self: LlvmChunk, first: int, last: int) -> None:
+        advance(self, first, last)
+        time.sleep(0.002)
+
+    monkeypatch.setattr(LlvmChunk, "advance", slowly)
     reports: list[Progress] = []
-    run(CAMPAIGN, tmp_path / "run", ONE_CHUNK, progress=reports.append)
+    run(CAMPAIGN, tmp_path / "run", [*ONE_CHUNK, "engine=llvm"], progress=reports.append)
     phases = list(dict.fromkeys(report.phase for report in reports))
     assert phases == ["audit", "flights", "traces", "report"]
     assert [report.phase for report in reports if report.ended] == phases
@@ -45,7 +54,7 @@ def test_a_single_chunk_shows_its_steps(tmp_path: Path, monkeypatch: pytest.Monk
         assert seconds[-1] > 0.0
 
     again: list[Progress] = []
-    run(CAMPAIGN, tmp_path / "run", ONE_CHUNK, progress=again.append)
+    run(CAMPAIGN, tmp_path / "run", [*ONE_CHUNK, "engine=llvm"], progress=again.append)
     assert [report.phase for report in again] == ["report", "report"], "nothing was flown"
 
 
