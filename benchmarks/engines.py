@@ -44,8 +44,7 @@ class Way:
         numbers = [Draws.of(problem, np.arange(i * LANES, (i + 1) * LANES))[1] for i in range(CHUNKS_PER_CORE * cores())]
         started = time.perf_counter()
         made = engine_of(problem)
-        made.expect(numbers[0], 10**9, wait=True)
-        made.begin(numbers[0]).advance(0, 1)
+        made.begin(numbers[0], steps=10**9).advance(0, 1)
         self.compile_s, self.steps, self.flown = time.perf_counter() - started, steps, 0
         self.chunks: list[Any] = [made.begin(drawn) for drawn in numbers]
         self.speeds: list[float] = []

@@ -51,11 +51,6 @@ class ChunkRunner:
         """Steps that its chunks have flown so far, in all threads."""
         return self.flyer.steps_flown
 
-    def expect(self, chunks: int) -> None:
-        """Says how many chunks are to come, for an engine that can compile for them ahead."""
-        _, drawn = Draws.of(self.problem, np.arange(1, dtype=np.int64))
-        self.flyer.engine.expect(drawn, chunks * LANES * self.problem.spec.horizon.steps)
-
     def fly_chunk(self, chunk: int) -> ChunkResult:
         """Draws and flies a chunk, and encodes its tables."""
         problem, first = self.problem, chunk * LANES

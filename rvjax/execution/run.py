@@ -192,9 +192,7 @@ def _fly_problem(
     runner = ChunkRunner(problem, flown_by)
     results = RunAccumulator(spec.require, sampling_design_of(spec), spec.keep)
     folder.quarantine_damaged(["envelopes"])
-    if missing := _missing(folder):
-        if options.executor is local_threads:
-            runner.expect(len(missing))  # it compiles beside the audit
+    if _missing(folder):
         with timed("audit", options.on_progress):
             folder.keep_audit(prove(problem, runner.flyer, baseline).record)
     flights = PhaseProgress("flights", options.on_progress, runner.steps_flown, spec.horizon.steps, LANES)

@@ -42,9 +42,7 @@ def problem(name: str) -> Problem:
 
 def flown(found: Problem, drawn: Any, steps: int, target: Target | None = None) -> list[Any]:
     """Everything that passes on after some steps, and everything that `finish` gives there."""
-    engine = LlvmEngine(found.loop, found.metrics, target)
-    engine.expect(drawn, PAYS, wait=True)
-    chunk = engine.begin(drawn)
+    chunk = LlvmEngine(found.loop, found.metrics, target).begin(drawn, steps=PAYS)
     chunk.advance(0, steps)
     return [np.asarray(x) for x in jax.tree.leaves((chunk.numbers_and_carry()[1], chunk.finish(steps)))]
 
@@ -109,27 +107,11 @@ def test_optimised_code_flies_the_same_bits(name: str) -> None:
     engine = LlvmEngine(found.loop, found.metrics)
     flights = []
     for steps in (40, PAYS):
-        engine.expect(drawn, steps, wait=True)
-        chunk = engine.begin(drawn)
+        chunk = engine.begin(drawn, steps=steps)
         chunk.advance(0, 40)
         flights.append(jax.tree.leaves(chunk.numbers_and_carry()[1]))
     assert same_all(*flights)
-    assert {code for code in engine.flight(drawn)._compiled if code[0] == "advance"} == {("advance", 0), ("advance", 2)}
-
-
-def test_flights_begin_before_their_code_is_optimised() -> None:
-    """And go on with it as soon as it is there: the same bits. Kills: a flight that waits; a thread that compiles twice."""
-    found = problem("quickstart.yaml")
-    _, drawn = Draws.of(found, np.arange(8))
-    engine, usual = (LlvmEngine(found.loop, found.metrics) for _ in range(2))
-    chunk = engine.begin(drawn, steps=PAYS)
-    chunk.advance(0, 20)
-    engine.expect(drawn, PAYS, wait=True)
-    assert ("advance", 2) in engine.flight(drawn)._compiled
-    chunk.advance(20, 40)
-    before = usual.begin(drawn)
-    before.advance(0, 40)
-    assert same_all(*(jax.tree.leaves(flying.numbers_and_carry()[1]) for flying in (chunk, before)))
+    assert set(engine.flight(drawn)._compiled) == {("begin", 0), ("advance", 0), ("advance", 2)}
 
 
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="the registers are those of x86")

@@ -14,7 +14,7 @@ from rvjax.simulation.batch import LANES, Flyer, devices, streams
 from rvjax.simulation.closed_loop import Drawn
 
 MANY = 10**9
-"""Steps to come: optimising pays."""
+"""Steps to come, for an engine that compiles accordingly."""
 
 
 def prepare(case: Case, threads: int | None = None) -> Callable[[], Values]:
@@ -24,8 +24,8 @@ def prepare(case: Case, threads: int | None = None) -> Callable[[], Values]:
     flyer = Flyer.of(case.problem)
     chunks = [_lanes(case.drawn, first) for first in range(0, case.samples, LANES)]
     places = devices()[:threads]
-    flyer.engine.expect(chunks[0], MANY, wait=True)
     for place in places:
+        flyer.engine.begin(chunks[0], place, MANY).advance(0, 1)
         flyer.fly(chunks[0], 1, 1, device=place)
 
     def fly() -> Values:

@@ -54,13 +54,6 @@ class Engine(Protocol):
         """What the bits of its flights depend on, besides numbers and code. drawn: numbers of some samples."""
         ...
 
-    def expect(self, drawn: Drawn, steps: int, *, wait: bool = False) -> None:
-        """Says that flights with numbers of this structure are to come, so that it may compile ahead.
-
-        steps: of single samples, of all flights together. wait: returns when it has compiled.
-        """
-        ...
-
     def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> Chunk:
         """A chunk at t = 0. drawn: host numbers, each of shape (lanes,). steps: how many it will fly, as far as that is known."""
         ...

@@ -56,9 +56,6 @@ class XlaEngine:
         del drawn
         return {"engine": self.name, **jax_config.settings()}
 
-    def expect(self, drawn: Drawn, steps: int, *, wait: bool = False) -> None:
-        """Nothing: its programs are compiled when they are called."""
-
     def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> XlaChunk:
         """A chunk at t = 0, on a device; the first by default."""
         del steps

@@ -6,7 +6,7 @@ import hashlib
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from threading import Lock, RLock, Thread
+from threading import Lock, RLock
 from typing import Any, NamedTuple
 
 import jax
@@ -30,9 +30,6 @@ EMITTER = 1
 
 FLIGHT = ("begin", "advance", "finish")
 """The functions that every flight needs."""
-
-QUICKLY = ("begin", "advance", "envelope_point", "finish")
-"""The functions that a flight needs, in the order in which it needs them."""
 
 PAYS = 1_500_000
 """Steps of single samples from which on optimising pays: code that is compiled as fast as possible takes a second more for two
@@ -67,9 +64,7 @@ class Flight:
         self._k = jax.ShapeDtypeStruct((), jnp.int32)
         self._traced: dict[str, Traced] = {}
         self._compiled: dict[tuple[str, int], Function] = {}
-        self._compiling: dict[tuple[str, int], Lock] = {}
         self._expected = 0
-        self._optimising: Thread | None = None
         self._lock = RLock()
 
     @property
@@ -87,31 +82,14 @@ class Flight:
             return self._traced[name]
 
     def expect(self, steps: int) -> None:
-        """Steps of single samples that are to come. Once optimising pays, a thread begins to compile."""
+        """Steps of single samples that are to come."""
         with self._lock:
             self._expected += steps
-            if self._expected >= PAYS and self._optimising is None:
-                self._optimising = Thread(target=self._optimise)
-                self._optimising.start()
-
-    def optimised(self) -> None:
-        """Waits for optimised code, where that pays."""
-        if self._optimising is not None:
-            self._optimising.join()
 
     def function(self, name: str) -> Function:
-        """The machine code of a function: optimised as soon as that is ready, until then compiled as fast as possible."""
-        return self._compiled.get((name, 2)) or self._function(name, 0)
-
-    def _optimise(self) -> None:
-        for name in QUICKLY:  # LLVM compiles for a thread at a time, and flights wait for these
-            self._function(name, 0)
-        self._function("advance", 2)
-
-    def _function(self, name: str, level: int) -> Function:
+        """The machine code of a function: optimised for the steps of flights that last, else compiled as fast as possible."""
         with self._lock:
-            compiling = self._compiling.setdefault((name, level), Lock())
-        with compiling:
+            level = 2 if name == "advance" and self._expected >= PAYS else 0
             if (name, level) not in self._compiled:
                 in_place = name in ("begin", "advance")
                 kernel = Kernel(
@@ -155,13 +133,6 @@ class LlvmEngine:
     def identity(self, drawn: Drawn) -> Mapping[str, Any]:
         """The precision and the digest of the program: nothing of the machine."""
         return {"engine": self.name, "precision": jax_config.precision(), "program": self.flight(drawn).digest()}
-
-    def expect(self, drawn: Drawn, steps: int, *, wait: bool = False) -> None:
-        """Compiles in a thread for flights to come, if that pays. steps: of single samples. wait: until it has compiled."""
-        flight = self.flight(drawn)
-        flight.expect(steps)
-        if wait:
-            flight.optimised()
 
     def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> LlvmChunk:
         """A chunk at t = 0, on this processor."""
