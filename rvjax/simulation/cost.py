@@ -11,15 +11,16 @@ from rvjax.campaign.actuators import Thrusters
 from rvjax.cores import cores
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.draws import Draws
+from rvjax.simulation.engines.choice import engine_of
 from rvjax.simulation.problem import Problem
 
-STEPS_PER_S_PER_CORE = 1.2e6
-"""Assumed speed of float64 flights, cautious; measured in `docs/performance.md`."""
+STEPS_PER_S_PER_CORE = {"llvm": 2.8e6, "xla": 0.8e6}
+"""Assumed speed of float64 flights by engine, cautious; measured in `docs/performance.md`."""
 
 SLOWER = {"bounded-least-squares": 10.0}
 """Factor on the time of a step by allocation; measured in docs/model.md."""
 
-START_S = 14.0
+START_S = 9.0
 """Assumed time to start, compile, trace the worst flights and write the report; once per controller."""
 
 BYTES_BASE = 6e8
@@ -62,7 +63,9 @@ def cost(problem: Problem) -> Cost:
     controllers = 1 + len(spec.baselines)
     chunks, flights = controllers * math.ceil(spec.samples / LANES), controllers * spec.samples
     slower = SLOWER.get(spec.actuators.allocation.use, 1.0) if isinstance(spec.actuators, Thrusters) else 1.0
-    flown = slower * chunks * LANES * spec.horizon.steps / (STEPS_PER_S_PER_CORE * cores())
+    engine = engine_of(problem)
+    lanes = chunks * LANES if engine.fixed_lanes else flights
+    flown = slower * lanes * spec.horizon.steps / (STEPS_PER_S_PER_CORE[engine.name] * cores())
     return Cost(
         samples=spec.samples,
         baselines=len(spec.baselines),
