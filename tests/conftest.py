@@ -80,7 +80,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 def pytest_addoption(parser: pytest.Parser) -> None:
     """`--mutants`: the mutants as well, each in a separate process (minutes).
     `--acceptance`: the scenarios of the documentation at their full size (minutes).
-    `--slow`: the tests of `tests/slow.py` too (two minutes).
+    `--slow`: the tests of `tests/slow.py` too (tens of minutes).
     `--long`: those, and the reliability suite in its full numbers (an hour).
     """
     parser.addoption("--mutants", action="store_true", help="run the mutants (minutes)")

@@ -56,20 +56,12 @@ class Document:
 
 def parse(text: str, name: str) -> Document:
     """The document in a text; its value is None where the text could not be parsed to the end."""
-    if (known := _faultless(text)) is None:
-        return _parsed(text, name)
-    marks, key_marks = ({place: name + mark for place, mark in of.items()} for of in (known.marks, known.key_marks))
-    return Document(name, deepcopy(known.value), marks, key_marks)
+    return deepcopy(_parsed(text, name))
 
 
 @lru_cache(maxsize=64)
-def _faultless(text: str) -> Document | None:
-    """The document in a text, its marks without a name; None where it has findings. A run reads its campaign several times."""
-    document = _parsed(text, "")
-    return None if document.findings else document
-
-
 def _parsed(text: str, name: str) -> Document:
+    """The document, for readers that copy it: a run reads its campaign several times."""
     document = Document(name)
     reading = _Reading(document, _events(text))
     try:

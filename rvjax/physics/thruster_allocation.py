@@ -47,10 +47,6 @@ POLISH = 3
 SHORTEN = 0.995
 """Longest interior-point step, as a share of the way to the nearest bound."""
 
-ROUNDING = 8.0
-"""A share within ROUNDING eps/ε of a bound counts as at the bound: rounding may have moved it there or away. It matters where a
-thruster is at its bound without being pressed against it, as all are for a wrench of zero."""
-
 BEGIN = 0.3
 """Multipliers at the start; x starts at ½."""
 
@@ -158,8 +154,7 @@ def bounded_least_squares(layout: Layout, steps: int = STEPS, polish: int = POLI
         return Solved(each(lambda s: jnp.clip(s, 0.0, 1.0), a.across(y) / EPSILON), w)
 
     def follow(w: Channels, solved: Solved) -> Thrusts:
-        margin = ROUNDING * jnp.finfo(jnp.result_type(*solved.x.parts())).eps / EPSILON
-        free = movable(solved.x, margin)
+        free = movable(solved.x, rounding(*solved.x.parts()) / EPSILON)
         moved = a.across(back(cholesky(a.gram(free)), scale * (w - solved.w)))
         return each(lambda x, dx: jnp.clip(x + dx, 0.0, 1.0), solved.x, free * moved)
 
@@ -205,7 +200,7 @@ def interior(a: Matrix, b: Channels, p: Point) -> Point:
     d, inverse = towards((target + -(d.x * d.z)) * below, (target + d.x * d.v) * above)
     t = jnp.minimum(1.0, SHORTEN / inverse)
 
-    least = 8.0 * jnp.finfo(jnp.result_type(t)).eps
+    least = rounding(t)
     shares = each(lambda x, dx: jnp.clip(x + t * dx, least, 1.0 - least), x, d.x)
     z, v = (each(lambda z, dz: jnp.maximum(z + t * dz, least), now, way) for now, way in ((z, d.z), (v, d.v)))
     return Point(shares, z, v)
@@ -218,8 +213,17 @@ def newton(a: Matrix, b: Channels, y: Channels) -> Channels:
     return y - back(cholesky(a.gram(movable(shares))), wrong)
 
 
-def movable(shares: Thrusts, margin: Scalar = 0.0) -> Thrusts:
-    """1/ε if a thruster is farther than the margin from both bounds, else 0."""
+def rounding(*x: Scalar) -> float:
+    """8 eps of the type of x: what rounding may move a number near 1 by."""
+    return 8.0 * float(jnp.finfo(jnp.result_type(*x)).eps)
+
+
+def movable(shares: Thrusts, margin: float = 0.0) -> Thrusts:
+    """1/ε if a thruster is farther than the margin from both bounds, else 0.
+
+    A solution is known to rounding/ε. Nearer to a bound a thruster counts as at the bound, so that rounding does not decide which
+    thrusters move where none is pressed against its bound, as for a wrench of zero.
+    """
     return each(lambda s: jnp.where((s > margin) & (s < 1.0 - margin), 1.0 / EPSILON, 0.0), shares)
 
 

@@ -84,15 +84,10 @@ def trace_tables(
     signals: of the controller. measured: include the measured motion. effects: of the campaign, by name.
     """
     (samples,) = steps[0].motion.rho.x.shape
-    flat: Step = jax.tree.map(lambda *each: np.concatenate([_of_samples(x, samples) for x in each]), *steps)
+    flat: Step = jax.tree.map(lambda *each: np.concatenate(each), *steps)
     moving = {name: (effect, flat.effects[index]) for index, (name, effect) in enumerate((effects or {}).items())}
     columns = recorded(signals, flat.report.signals, measured, len(thrusts(flat)), moving)
     rows = len(steps) * samples
     data = {name: np.broadcast_to(signal.get(flat), rows).reshape(len(steps), samples) for name, signal in columns.items()}
     frames = [pd.DataFrame({name: values[:, place] for name, values in data.items()}) for place in range(samples)]
     return frames, {name: signal.column for name, signal in columns.items()}
-
-
-def _of_samples(x: Any, samples: int) -> NDArray[Any]:
-    """(samples, …) values; all samples share what has no axis, such as the time."""
-    return np.broadcast_to(x, samples) if np.ndim(x) == 0 else np.asarray(x)

@@ -243,7 +243,7 @@ MUTANTS = (
     Mutant(
         "rounding decides who is at a bound",
         "physics/thruster_allocation.py",
-        "movable(solved.x, margin)",
+        "movable(solved.x, rounding(*solved.x.parts()) / EPSILON)",
         "movable(solved.x)",
         "physics/test_thrusters.py::test_rounding_at_a_bound_decides_nothing",
     ),
