@@ -40,7 +40,7 @@ def build(root: Path, chunks: int, closed: bool) -> None:
             (root / name).write_bytes(data)
             entry = Entry(file=name, sha256=digest, bytes=len(data), first=chunk * LANES, count=LANES)
             manifest.entries[entry.key] = entry
-            journal.append(entry)
+            journal.append([entry])
         if closed:
             journal.fold(manifest)
     journal.close()

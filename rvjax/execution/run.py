@@ -274,8 +274,7 @@ def _fly_missing(
     flights.begin(samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing), total)
 
     def commit(result: ChunkResult) -> None:
-        for file in result.files:
-            folder.take(file)
+        folder.take_all(result.files)
         for table in folder.tables([result.chunk]):  # the results are read back from the disk
             results.add(*table)
         flights.count(result.samples)

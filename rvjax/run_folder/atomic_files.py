@@ -108,9 +108,12 @@ def replace(path: Path, data: bytes) -> None:
     _publish(path, data, os.replace)
 
 
-def publish(path: Path, data: bytes) -> bool:
-    """Writes `data` to `path` unless the file exists: the first writer wins. Returns whether `path` now holds `data`."""
-    _publish(path, data, _link)
+def publish(path: Path, data: bytes, durable: bool = True) -> bool:
+    """Writes `data` to `path` unless the file exists: the first writer wins. Returns whether `path` now holds `data`.
+
+    durable: the name is on the disk on return; otherwise only the bytes are, and the caller must `sync` the folder.
+    """
+    _publish(path, data, _link, durable)
     return read(path) == data
 
 
@@ -119,7 +122,7 @@ def _link(temporary: Path, path: Path) -> None:
         os.link(temporary, path)
 
 
-def _publish(path: Path, data: bytes, move: Callable[[Path, Path], None]) -> None:
+def _publish(path: Path, data: bytes, move: Callable[[Path, Path], None], durable: bool = True) -> None:
     """Temporary file next to `path` -> write -> fsync -> read back and compare -> move to `path` -> fsync the folder."""
     with explained(path):
         if not path.parent.exists():
@@ -136,7 +139,8 @@ def _publish(path: Path, data: bytes, move: Callable[[Path, Path], None]) -> Non
             move(temporary, path)
         finally:
             temporary.unlink(missing_ok=True)
-        sync(path.parent)
+        if durable:
+            sync(path.parent)
 
 
 def _temporary(path: Path) -> Path:

@@ -30,13 +30,16 @@ class DataFile(NamedTuple):
         samples = np.array([key.number]) if key.part == "traces" else np.asarray(table["sample"])
         return cls(_entry(key, data, samples), data)
 
-    def put(self, root: Path) -> DataFile:
-        """Writes the bytes into a run folder. The first writer wins; all writers write the same bytes."""
+    def put(self, root: Path, durable: bool = True) -> DataFile:
+        """Writes the bytes into a run folder. The first writer wins; all writers write the same bytes.
+
+        durable: the file's name is on the disk on return; otherwise the caller must sync its folder.
+        """
         if self.data is not None:
             path = atomic_files.inside(root, self.entry.file)
-            if not atomic_files.publish(path, self.data):  # an existing file with this name and other bytes is damaged
+            if not atomic_files.publish(path, self.data, durable):  # an existing file with this name and other bytes is damaged
                 atomic_files.set_aside(root, self.entry.file)
-                atomic_files.publish(path, self.data)
+                atomic_files.publish(path, self.data, durable)
         return DataFile(self.entry, None)
 
 

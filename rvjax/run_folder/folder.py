@@ -217,10 +217,18 @@ class RunFolder:
     def take(self, file: DataFile) -> None:
         """Adds a data file and writes it unless a worker has: on the disk and in the journal on return.
 
-        FolderError if the folder has another table for the same chunk, IncompleteError if the disk fails. Files that were
-        committed before stay.
+        Errors as in `take_all`.
         """
-        self._store.take(file)
+        self.take_all([file])
+
+    def take_all(self, files: Iterable[DataFile]) -> None:
+        """As `take` for many files, which are synced together: much less waiting for the disk than for each by itself.
+
+        A process that stops before this returns leaves some of the files, each whole; the same command takes them in when it
+        resumes. FolderError if the folder has another table for the same chunk, IncompleteError if the disk fails. Files that
+        were committed before stay.
+        """
+        self._store.take_all(files)
 
     def commit(self, chunk: int, table: pd.DataFrame | pa.Table, columns: Mapping[str, Column]) -> None:
         """Adds a finished chunk.

@@ -2,8 +2,8 @@
 
 Its first line has the head of the run and the base: the SHA-256 of the manifest that the journal extends. If the base is another
 SHA-256, the manifest contains all lines of the journal already. Every line begins with a checksum of its rest:
-`["<16 digits>", …]`. A line is on the disk (fsync) before the next chunk is committed. A stopped process may leave a last line
-without its end; its data file is recognised by its name.
+`["<16 digits>", …]`. The lines of a commit are on the disk (fsync) before the next commit. A stopped process may leave a last
+line without its end; its data file is recognised by its name.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Self
 
@@ -61,20 +62,20 @@ class Journal:
         """Whether both files are still the same as when they were read."""
         return self._digests == tuple(atomic_files.sha256(_text(self.root / name)) for name in (MANIFEST, NAME))
 
-    def append(self, entry: Entry) -> None:
-        """Appends the line of a data file; the line is on the disk on return. Only after `fold`."""
-        line = _line(entry.model_dump())
+    def append(self, entries: Iterable[Entry]) -> None:
+        """Appends a line for each data file; all lines are on the disk on return, or none is. Only after `fold`."""
+        lines = b"".join(_line(entry.model_dump()) for entry in entries)
         self._folded = None
         with atomic_files.explained(self.root / NAME):
             assert self._handle is not None
             try:
-                if os.write(self._handle, line) < len(line):
+                if os.write(self._handle, lines) < len(lines):
                     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
                 os.fsync(self._handle)
             except OSError:
-                os.ftruncate(self._handle, self._length)  # removes an incomplete line
+                os.ftruncate(self._handle, self._length)  # removes incomplete lines
                 raise
-        self._length += len(line)
+        self._length += len(lines)
 
     def fold(self, manifest: Manifest) -> None:
         """Writes the manifest, then an empty journal that extends it, so that nothing is lost between the two.

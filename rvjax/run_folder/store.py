@@ -91,28 +91,44 @@ class Store:
         """Writes the manifest with all entries, and an empty journal."""
         self._journal.fold(self.manifest)
 
-    def take(self, file: DataFile) -> None:
-        """Adds a data file and writes it unless a worker has: on the disk and in the journal on return.
+    def take_all(self, files: Iterable[DataFile]) -> None:
+        """Adds data files and writes those that no worker has: all are on the disk and in the journal on return.
 
-        FolderError if the folder has another table with the same key.
+        Their names are synced together before their lines are, so a durable line has its file. Until then each whole file is
+        recognised by its name. FolderError if the folder has another table with the same key.
         """
         self.claim()
-        existing = self.manifest.entries.get(file.entry.key)
-        if existing:
-            data = self.verified(file.entry) if file.data is None else file.data
-            if existing.sha256 != file.entry.sha256 and not same_table(self.verified(existing), data):
-                raise _contradiction(self.root, existing, file.entry)
+        entries, new = self.manifest.entries, dict[Key, Entry]()
+        unsynced = set[Path]()
+        for file in files:
+            key = file.entry.key
+            if existing := entries.get(key) or new.get(key):
+                self._compare(existing, file)
+                continue
+            if file.data is None:
+                self.verified(file.entry)
+            else:
+                file.put(self.root, durable=False)
+                unsynced.add((self.root / file.entry.file).parent)
+            new[key] = file.entry
+        for folder in sorted(unsynced):
+            with atomic_files.explained(folder):
+                atomic_files.sync(folder)
+        if not new:
             return
-        if file.data is None:
-            self.verified(file.entry)
-        else:
-            file.put(self.root)
-        self.manifest.entries[file.entry.key] = file.entry  # first, so that `fold` has it even if `append` is interrupted
+        entries |= new  # first, so that `fold` has them even if `append` is interrupted
         try:
-            self._journal.append(file.entry)
+            self._journal.append(new.values())
         except RvjaxError:
-            del self.manifest.entries[file.entry.key]
+            for key in new:
+                del entries[key]
             raise
+
+    def _compare(self, existing: Entry, file: DataFile) -> None:
+        """FolderError if a data file holds another table than the committed one with its key."""
+        data = self.verified(file.entry) if file.data is None else file.data
+        if existing.sha256 != file.entry.sha256 and not same_table(self.verified(existing), data):
+            raise _contradiction(self.root, existing, file.entry)
 
     def verified(self, entry: Entry) -> bytes:
         """The bytes of a data file; DamagedError if they are not the committed bytes."""

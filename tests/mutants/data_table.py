@@ -8,6 +8,7 @@ BINOMIAL, QUANTILES, SEQUENTIAL, PAIRED = (f"stats/{name}.py" for name in ("bino
 FAMILIES, MEANS = "stats/multiplicity.py", "stats/means.py"
 SHARES, FILES = "analysis/verdicts/share_tally.py", "run_folder/atomic_files.py"
 JOURNAL, MANIFEST, TABLE = "run_folder/journal.py", "run_folder/manifest.py", "run_folder/samples_table.py"
+STORE = "run_folder/store.py"
 
 BOUNDARY = "stats/test_fixed.py::test_boundary_is_that_of_the_clopper_pearson_bounds"
 COVERS = "stats/test_quantiles.py::test_quantile_interval_covers_exactly_as_promised"
@@ -239,6 +240,27 @@ MUTANTS = (
         "os.ftruncate(self._handle, self._length)",
         "pass",
         "results/test_disk_failures.py::test_a_run_may_go_on_behind_a_line_that_did_not_fit",
+    ),
+    Mutant(
+        "lines of a group whose names are not durable",
+        STORE,
+        "for folder in sorted(unsynced):",
+        "for folder in sorted(unsynced)[1:]:",
+        "results/test_group_commit.py::test_names_are_durable_before_the_lines_and_synced_once",
+    ),
+    Mutant(
+        "a group whose files are not compared with each other",
+        STORE,
+        "entries.get(key) or new.get(key)",
+        "entries.get(key)",
+        "results/test_group_commit.py::test_two_tables_of_one_chunk_in_a_group_are_an_alarm",
+    ),
+    Mutant(
+        "a group that is committed without its lines",
+        STORE,
+        "for key in new:\n                del entries[key]",
+        "pass",
+        "results/test_group_commit.py::test_lines_that_did_not_fit_commit_no_file_of_the_group",
     ),
     Mutant("a manifest that is not checked", MANIFEST, "if body + _seal(body) != data:", "if False:", DAMAGE),
     Mutant(

@@ -78,7 +78,7 @@ def watch(note: Callable[[str], None]) -> None:
         (run, "_keep_traces", at("worst")),
         (report, "write", at("report")),
         (_fly_and_judge, "_show", at("verdict")),
-        (RunFolder, "take", at("take")),
+        (RunFolder, "take_all", at("take")),
         (RunFolder, "write_bytes", at("write")),
         (RunFolder, "seal", at("write")),
         (chunks.ChunkRunner, "fly_chunk", lambda _, chunk: f"chunk {chunk}"),

@@ -6,7 +6,7 @@ import errno
 import os
 import shutil
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -56,13 +56,14 @@ def attempt(path: Path) -> None:
 def taken(monkeypatch: pytest.MonkeyPatch) -> set[str]:
     """The chunks that a run was told are committed, from now on."""
     promised: set[str] = set()
-    take = RunFolder.take
+    take_all = RunFolder.take_all
 
-    def noted(folder: RunFolder, file: DataFile) -> None:
-        take(folder, file)
-        promised.update({file.entry.file} if file.entry.file.startswith("samples/") else ())
+    def noted(folder: RunFolder, files: Iterable[DataFile]) -> None:
+        files = list(files)
+        take_all(folder, files)
+        promised.update(file.entry.file for file in files if file.entry.file.startswith("samples/"))
 
-    monkeypatch.setattr(RunFolder, "take", noted)
+    monkeypatch.setattr(RunFolder, "take_all", noted)
     return promised
 
 
