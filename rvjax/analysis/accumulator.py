@@ -10,19 +10,29 @@ from rvjax.analysis.run_totals import Totals
 from rvjax.analysis.verdicts import Verdict, tallies
 from rvjax.campaign import Keep, Requirement
 from rvjax.columns import Column
-from rvjax.run_folder.manifest import Entry
+from rvjax.errors import DamagedError
+from rvjax.run_folder.manifest import Entry, json_bytes
+from rvjax.run_folder.named_arrays import Record
 from rvjax.run_folder.verdict_columns import Extract
 from rvjax.stats.sampling_design import SamplingDesign
 
+FORMAT = "rvjax totals 1"
+"""What encoded totals call themselves; another number where their contents have another meaning."""
+
 
 class RunAccumulator:
-    """Totals and verdicts of a run, chunk by chunk in any order, from a folder or during the flights."""
+    """Totals and verdicts of a run, chunk by chunk in any order, from a folder or during the flights.
+
+    Chunks may be added in several accumulators, in several processes, which are merged: the result is the same, bit for bit.
+    """
 
     def __init__(self, require: Iterable[Requirement], design: SamplingDesign, keep: Keep | None = None) -> None:
+        require = tuple(require)
         self.totals = Totals(keep)
         self._tallies = tallies(design, require)
         self._extract = Extract()
         self._needed: list[str] | None = None
+        self._purpose = _purpose(require, design, self.totals.keep)
 
     def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
         """Adds the table of a chunk; the table must not be changed afterwards.
@@ -31,9 +41,62 @@ class RunAccumulator:
         """
         self.totals.add(chunk, frame, columns)
         self._tallies.add(frame, columns)
+        self._extract.add(chunk, frame, self._names(columns))
+
+    def _names(self, columns: Mapping[str, Column]) -> list[str]:
+        """The columns that the requirements need."""
         if self._needed is None:
             self._needed = self._tallies.columns(list(columns))
-        self._extract.add(chunk, frame, self._needed)
+        return self._needed
+
+    def merge(self, other: RunAccumulator) -> None:
+        """Adds the chunks of another accumulator of the same requirements, which must not be used afterwards.
+
+        FolderError if they do not fit the chunks here or were added before; then nothing has changed.
+        """
+        if other._purpose != self._purpose:
+            raise ValueError("accumulators of different requirements cannot be merged")
+        if not other.totals.n:
+            return
+        self.totals.merge(other.totals)
+        self._names(self.totals.columns)
+        self._tallies.prepare(self.totals.columns)
+        self._tallies.merge(other._tallies)  # pyright: ignore[reportArgumentType]  # of one design, so of one type
+        self._extract.merge(other._extract)
+
+    def encode(self) -> bytes:
+        """All of it as bytes. The same chunks give the same bytes, in whatever order and grouping they came."""
+        parts = {"totals": self.totals.record(), "tallies": self._tallies.record(), "extract": self._extract.record()}
+        return Record.joined(parts, format=FORMAT, purpose=self._purpose).encode()
+
+    @classmethod
+    def decode(
+        cls, data: bytes, require: Iterable[Requirement], design: SamplingDesign, keep: Keep | None = None
+    ) -> RunAccumulator:
+        """The inverse of `encode`, for the same requirements, design and kept flights.
+
+        DamagedError if the bytes are not such totals, are of other requirements, or contradict themselves.
+        """
+        accumulator = cls(require, design, keep)
+        try:
+            record = Record.decode(data)
+            if (found := record.document.get("format")) != FORMAT:
+                raise ValueError(f"the format is {found!r}; accepted: {FORMAT!r}")
+            if record.document["purpose"] != accumulator._purpose:
+                raise ValueError("they were made for other requirements, another sampling design or other kept flights")
+            accumulator._restore(record)
+        except (ValueError, KeyError, TypeError, AttributeError, IndexError, OSError) as error:
+            raise DamagedError(f"encoded totals cannot be used: {error}; accumulate the chunks again") from error
+        return accumulator
+
+    def _restore(self, record: Record) -> None:
+        self.totals = Totals.of(record.part("totals"), self.totals.keep)
+        names = self._names(self.totals.columns) if self.totals.n else []
+        self._extract = Extract.of(record.part("extract"), names)
+        if self.totals.n != self._extract.n:
+            raise ValueError(f"{self.totals.n} samples, but {self._extract.n} in the extract")
+        if self.totals.n:
+            self._tallies.restore(record.part("tallies"), self.totals.columns, self.totals.firsts)
 
     def extract(self, chunks: Sequence[Entry]) -> bytes | None:
         """The columns of the requirements in these chunks, as a file; None unless all of the chunks were added."""
@@ -48,3 +111,9 @@ class RunAccumulator:
     def verdicts(self) -> tuple[Verdict, ...]:
         """The verdict on each requirement from the samples added so far."""
         return self._tallies.verdicts()
+
+
+def _purpose(require: Sequence[Requirement], design: SamplingDesign, keep: Keep) -> str:
+    """What totals are made for: with another purpose they have other contents."""
+    models = [model.model_dump(mode="json") for model in (*require, keep)]
+    return json_bytes({"models": models, "design": [type(design).__name__, design.sentence]}).decode()

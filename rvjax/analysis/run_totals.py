@@ -8,17 +8,17 @@ that is not a number counts as the worst value.
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from rvjax.analysis.ledger import Ledger
 from rvjax.campaign import Keep
 from rvjax.columns import Column, metric_column
-from rvjax.errors import FolderError
-from rvjax.run_folder import OUTCOMES, Account
+from rvjax.run_folder import Account
+from rvjax.run_folder.named_arrays import Record
 from rvjax.stats import quantile_rank
 from rvjax.stats.quantile_sketch import Sketch
 
@@ -37,65 +37,6 @@ PERCENTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 SETTLING = "settling_time_s"
 
 _RANK = {"not_finite": 0, "not_settled": 1, "captured": 2}
-
-
-class Ledger:
-    """The samples that were added, and their outcomes. Every sample is there once, and all chunks have the same columns."""
-
-    def __init__(self) -> None:
-        self.columns: dict[str, Column] = {}
-        self.counts: dict[str, int] = dict.fromkeys(OUTCOMES, 0)
-        self.n = 0
-        self._chunks: dict[int, None] = {}
-        self._spans: list[tuple[int, int]] = []
-
-    def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-        """Enters the samples of a chunk.
-
-        FolderError if its columns differ from the other chunks, or if the chunk or any of its samples was entered before.
-        """
-        sample = frame["sample"].to_numpy()
-        if not sample.size or sample[0] < 0 or not np.array_equal(sample, sample[0] + np.arange(sample.size)):
-            raise FolderError(f"chunk {chunk}: its samples are not consecutive numbers from 0 on; fly the campaign again")
-        if self._chunks:
-            self._compare(chunk, columns)
-        first, behind = int(sample[0]), int(sample[-1]) + 1
-        place = bisect_left(self._spans, (first, behind))
-        neighbours = self._spans[max(place - 1, 0) : place + 1]
-        if chunk in self._chunks or any(first < end and start < behind for start, end in neighbours):
-            raise FolderError(
-                f"chunk {chunk}: the chunk, or a sample from {first} to {behind - 1}, is there twice; "
-                "fly the campaign again with another --out"
-            )
-        self.columns = self.columns or dict(columns)
-        self._chunks[chunk] = None
-        self._spans.insert(place, (first, behind))
-        self.n += sample.size
-        for outcome, count in frame["outcome"].value_counts().items():
-            self.counts[str(outcome)] = self.counts.get(str(outcome), 0) + int(count)
-
-    def _compare(self, chunk: int, columns: Mapping[str, Column]) -> None:
-        if columns != self.columns:
-            odd = sorted(key for key in columns.keys() | self.columns if columns.get(key) != self.columns.get(key))
-            advice = "fly the campaign again"
-            first = next(iter(self._chunks))
-            raise FolderError(f"chunk {chunk}: other columns than in chunk {first}: {', '.join(odd)}; {advice}")
-
-    def samples(self) -> Sequence[int]:
-        """The numbers of all samples, ascending."""
-        if self._spans and self._spans[-1][1] == self.n:
-            return range(self.n)
-        return [sample for first, behind in self._spans for sample in range(first, behind)]
-
-    def account(self, requested: int) -> Account:
-        """The outcomes of the requested samples, and how many are missing. FolderError if a sample was never requested."""
-        if self._spans and self._spans[-1][1] > requested:
-            raise FolderError(
-                f"chunk with sample {self._spans[-1][1] - 1}: only {requested} samples were requested; "
-                "fly the campaign again with another --out"
-            )
-        captured, not_settled, not_finite = (self.counts[outcome] for outcome in OUTCOMES)
-        return Account(requested, captured, not_settled, not_finite, requested - self.n)
 
 
 class Totals:
@@ -145,10 +86,76 @@ class Totals:
             self._lost.add(np.where(np.isnan(lost), math.inf, lost))
         if self.keep.failed:
             self._failed.append(frame.loc[frame["outcome"] != "captured", "sample"].to_numpy(dtype=np.int64))
-        most = max(WORST, self.keep.worst)
-        worst = frame.iloc[worst_first(frame, self.columns)[:most]]
-        worst = pd.concat([self._worst, worst], ignore_index=True) if len(self._worst) else worst
-        self._worst = worst.iloc[worst_first(worst, self.columns)[:most]].reset_index(drop=True)
+        worst = frame.iloc[worst_first(frame, self.columns)[: self._most]]
+        self._keep_worst(worst)
+
+    @property
+    def _most(self) -> int:
+        """The number of worst samples that are kept."""
+        return max(WORST, self.keep.worst)
+
+    def _keep_worst(self, rows: pd.DataFrame) -> None:
+        """Adds rows to the worst samples, and keeps the worst of all."""
+        worst = pd.concat([self._worst, rows], ignore_index=True) if len(self._worst) else rows
+        self._worst = worst.iloc[worst_first(worst, self.columns)[: self._most]].reset_index(drop=True)
+
+    def merge(self, other: Totals) -> None:
+        """Adds the samples of other totals, which must not be changed afterwards. The result is the same, bit for bit, as if all
+        chunks had been added here. Errors as in `add`; then nothing has changed. ValueError if the others keep other flights.
+        """
+        if other.keep != self.keep:
+            raise ValueError(f"totals that keep {other.keep} cannot be merged into totals that keep {self.keep}")
+        self._ledger.merge(other._ledger)
+        self._take_in()
+        other._take_in()
+        for path, sketch in other._sketches.items():
+            self._sketches.setdefault(path, Sketch()).merge(sketch)
+        for path, (low, high) in other._reach.items():
+            mine = self._reach.get(path, (math.inf, -math.inf))
+            self._reach[path] = min(mine[0], low), max(mine[1], high)
+        self._lost.merge(other._lost)
+        self._failed += other._failed
+        self._head += other._head
+        if len(other._worst):
+            self._keep_worst(other._worst)
+
+    def record(self) -> Record:
+        """All of it, for `Totals.of`. Equal totals give equal records, in whatever order their chunks came."""
+        sketches = {str(place): Record.of_numbers(sketch.arrays()) for place, sketch in enumerate(self.metrics.values())}
+        low, high = (np.array([ends[side] for ends in self.reach.values()], np.float64) for side in (0, 1))
+        parts = {
+            "ledger": self._ledger.record(),
+            "metrics": Record.joined(sketches, names=list(self.metrics)),
+            "reach": Record.of_numbers({"low": low, "high": high}, names=list(self.reach)),
+            "lost": Record.of_numbers(self.lost.arrays()),
+            "failed": Record.of_numbers({"sample": self.failed}),
+            "worst": Record.of_frame(self.worst),
+            "head": Record.of_frame(self.head),
+        }
+        return Record.joined(parts)
+
+    @classmethod
+    def of(cls, record: Record, keep: Keep | None = None) -> Totals:
+        """The totals of a record. ValueError, KeyError or TypeError if the record contradicts itself."""
+        totals = cls(keep)
+        totals._ledger = Ledger.of(record.part("ledger"))
+        metrics, reach = record.part("metrics"), record.part("reach")
+        for place, name in enumerate(metrics.document["names"]):
+            totals._sketches[name] = sketch_of(metrics.part(str(place)))
+        ends = zip(*(reach.numbers(side, np.float64).tolist() for side in ("low", "high")), strict=True)
+        totals._reach = dict(zip(reach.document["names"], ends, strict=True))
+        totals._lost = sketch_of(record.part("lost"))
+        totals._failed = [record.part("failed").numbers("sample")]
+        totals._worst, head = record.part("worst").frame(), record.part("head").frame()
+        totals._head = [head] if len(head) else []
+        if any(sketch.n != totals.n for sketch in totals._sketches.values()):
+            raise ValueError(f"a metric of another number of samples than {totals.n}")
+        uncaptured = totals.n - totals.counts["captured"] if totals.keep.failed else 0
+        if totals._failed[0].size != uncaptured:
+            raise ValueError(f"{totals._failed[0].size} failed samples are kept, where {uncaptured} failed")
+        if len(totals._worst) != min(totals.n, totals._most):
+            raise ValueError(f"{len(totals._worst)} worst samples of {totals.n}, where {totals._most} are kept")
+        return totals
 
     @property
     def n(self) -> int:
@@ -207,9 +214,24 @@ class Totals:
         """The numbers of all samples, ascending."""
         return self._ledger.samples()
 
+    @property
+    def chunks(self) -> Sequence[int]:
+        """The numbers of the chunks that were added, ascending."""
+        return self._ledger.chunks
+
+    @property
+    def firsts(self) -> Sequence[int]:
+        """The first samples of these chunks, ascending."""
+        return self._ledger.firsts
+
     def account(self, requested: int) -> Account:
         """The outcomes of the requested samples, and how many are missing. FolderError if a sample was never requested."""
         return self._ledger.account(requested)
+
+
+def sketch_of(record: Record) -> Sketch:
+    """The sketch whose `arrays` a record has; ValueError if they contradict each other."""
+    return Sketch.of(**{name: record.numbers(name, dtype) for name, dtype in Sketch.TYPES.items()})
 
 
 def wanted(totals: Totals) -> Sequence[int]:

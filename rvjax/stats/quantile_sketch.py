@@ -11,6 +11,8 @@ buckets are those of HdrHistogram (G. Tene) and of DDSketch (C. Masson et al., P
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,6 +51,36 @@ class Sketch:
     def merge(self, other: Sketch) -> None:
         """Adds the numbers of another sketch."""
         self._take(other.n, other._keys, other._counts, other._smallest, other._largest)
+
+    TYPES: ClassVar[Mapping[str, type[np.generic]]] = {
+        "smallest": np.float64,
+        "largest": np.float64,
+        "keys": np.int64,
+        "counts": np.int64,
+    }
+    """The arrays that hold all of a sketch, and the types of their numbers."""
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All of it, for `Sketch.of`: equal sketches have equal arrays."""
+        return {name: getattr(self, f"_{name}") for name in self.TYPES}
+
+    @classmethod
+    def of(
+        cls,
+        smallest: NDArray[np.float64],
+        largest: NDArray[np.float64],
+        keys: NDArray[np.int64],
+        counts: NDArray[np.int64],
+    ) -> Sketch:
+        """The sketch of these arrays, which must not be changed afterwards. ValueError if they contradict each other."""
+        sketch = cls()
+        sketch.n = int(counts.sum())
+        sketch._smallest, sketch._largest, sketch._keys, sketch._counts = smallest, largest, keys, counts
+        tails = smallest.size == largest.size == min(sketch.n, EXACT)
+        ranked = all(np.all(x[1:] >= x[:-1]) and not np.isnan(x).any() for x in (smallest, largest))
+        if not (tails and ranked and keys.size == counts.size and np.all(counts > 0) and np.all(keys[1:] > keys[:-1])):
+            raise ValueError("a sketch whose numbers and counts contradict each other")
+        return sketch
 
     def _take(
         self,

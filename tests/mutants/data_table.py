@@ -355,4 +355,26 @@ MUTANTS = (
         "value <= nominal * TWICE",
         "campaign/test_plausibility.py::test_a_guess_may_be_half_or_twice_the_nominal_mass",
     ),
+    # merging
+    Mutant(
+        "samples of two folds counted twice",
+        "analysis/ledger.py",
+        "        if doubled:",
+        "        if False:",
+        "stats/test_merging.py::test_a_sample_in_two_chunks_is_refused",
+    ),
+    Mutant(
+        "times of lost flights that a merge forgets",
+        "analysis/run_totals.py",
+        "        self._lost.merge(other._lost)",
+        "        pass",
+        "stats/test_merging.py::test_order_and_grouping_of_merges_change_no_bit",
+    ),
+    Mutant(
+        "totals of other requirements decoded",
+        "analysis/accumulator.py",
+        'if record.document["purpose"] != accumulator._purpose:',
+        "if False:",
+        "stats/test_merging.py::test_totals_of_another_purpose_are_refused",
+    ),
 )

@@ -59,6 +59,12 @@ class RequirementEvaluator:
             self._known(column, names)
         return [*([self._column] if self._column else []), *draws]
 
+    def prepare(self, columns: Mapping[str, Column]) -> None:
+        """Learns its column and its unit, as from a table with these columns. UsageError as in `columns`."""
+        self.columns(list(columns))
+        if not self.unit:
+            self.unit = columns[self.column].unit if self.column in columns else ""
+
     def values(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> NDArray[np.float64]:
         """(n,) values of the metric, NaN for samples that are not finite; for the outcome 1 if captured, otherwise NaN.
 

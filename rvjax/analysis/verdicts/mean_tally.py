@@ -15,6 +15,7 @@ from rvjax.analysis.verdicts import sentences
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.verdict import Verdict, Word
 from rvjax.columns import Column
+from rvjax.run_folder.named_arrays import Record
 from rvjax.stats import Estimate, bernstein_bounds, mean_interval
 
 if TYPE_CHECKING:
@@ -64,8 +65,54 @@ class MeanTally:
             self._moments[first] = (values.size, float(values[~np.isfinite(values)][0]), 0.0)
         if self._values is not None:
             self._values[first] = values
-            if sum(map(len, self._values.values())) > FEW:
-                self._values = None
+            self._drop_many()
+
+    def _drop_many(self) -> None:
+        """Drops the values where there are more than `FEW`."""
+        if self._values is not None and sum(map(len, self._values.values())) > FEW:
+            self._values = None
+
+    def merge(self, other: MeanTally) -> None:
+        """Adds the chunks of another tally of the same requirement; ValueError if a chunk is in both."""
+        if common := self._moments.keys() & other._moments.keys():
+            raise ValueError(f"the chunk from sample {min(common)} on is counted twice")
+        self._moments |= other._moments
+        self._values = None if self._values is None or other._values is None else self._values | other._values
+        self._drop_many()
+        self._lost += other._lost
+        self._outside += other._outside
+        self._complying += other._complying
+
+    def record(self) -> Record:
+        """All of it, for `restore`."""
+        firsts = sorted(self._moments)
+        size, mean, squares = ([self._moments[first][part] for first in firsts] for part in range(3))
+        numbers = {"first": np.array(firsts, np.int64), "size": np.array(size, np.int64)}
+        numbers |= {"mean": np.array(mean, np.float64), "squares": np.array(squares, np.float64)}
+        if self._values is not None:
+            numbers["values"] = np.concatenate([np.empty(0), *(self._values[first] for first in firsts)])
+        counts = {"lost": self._lost, "outside": self._outside, "complying": self._complying}
+        return Record.of_numbers(numbers, **counts)
+
+    def restore(self, record: Record, firsts: Sequence[int]) -> None:
+        """Takes over all of a record. firsts: the first samples of the chunks that were added; a chunk without samples of the
+        class is not in the record. ValueError if it contradicts itself or these."""
+        first, size = record.numbers("first"), record.numbers("size")
+        mean, squares = record.numbers("mean", np.float64), record.numbers("squares", np.float64)
+        if not {*first.tolist()} <= {*firsts} or not np.all(first[1:] > first[:-1]) or not np.all(size > 0):
+            raise ValueError("a mean of other chunks")
+        moments = zip(size.tolist(), mean.tolist(), squares.tolist(), strict=True)
+        self._moments = dict(zip(first.tolist(), moments, strict=True))
+        kept = self._values is not None and size.sum() <= FEW
+        self._values = None
+        if kept:
+            values = record.numbers("values", np.float64)
+            if values.size != size.sum():
+                raise ValueError(f"a mean of {values.size} values for {int(size.sum())} samples")
+            self._values = dict(zip(first.tolist(), np.split(values, np.cumsum(size)[:-1]), strict=True)) if size.size else {}
+        self._lost, self._outside, self._complying = (int(record.document[name]) for name in ("lost", "outside", "complying"))
+        if min(self._lost, self._outside, self._complying) < 0:
+            raise ValueError("a mean with negative counts")
 
     def decided(self) -> bool:
         """Never before the end: a mean is judged once."""

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.analysis.run_totals import AT_ONCE
+from rvjax.analysis.run_totals import AT_ONCE, sketch_of
 from rvjax.analysis.verdicts import sentences
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.verdict import Evidence, Verdict, Word
 from rvjax.columns import Column
 from rvjax.errors import UsageError
+from rvjax.run_folder.named_arrays import Record
 from rvjax.stats import (
     Estimate,
     clopper_pearson_lower,
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rvjax.campaign import Requirement
+
+_COUNTS = ("rows", "of_class", "complying")
+"""What is counted of a chunk."""
 
 ANYTIME = "e-process, one-sided bounds, valid at any stopping time"
 
@@ -70,6 +74,38 @@ class ShareTally:
         if self._waiting:
             self._sketch.add(np.concatenate(self._waiting))
             self._waiting = []
+
+    def merge(self, other: ShareTally) -> None:
+        """Counts the chunks of another tally of the same requirement; ValueError if a chunk is in both."""
+        if common := self._chunks.keys() & other._chunks.keys():
+            raise ValueError(f"the chunk from sample {min(common)} on is counted twice")
+        self._take_in()
+        other._take_in()
+        self._chunks |= other._chunks
+        self._sketch.merge(other._sketch)
+
+    def record(self) -> Record:
+        """All counts, for `restore`."""
+        self._take_in()
+        firsts = sorted(self._chunks)
+        counts = np.array([self._chunks[first] for first in firsts], np.int64).reshape(-1, 3)
+        chunks = {"first": np.array(firsts, np.int64)} | {name: counts[:, part] for part, name in enumerate(_COUNTS)}
+        return Record.joined({"chunks": Record.of_numbers(chunks), "sketch": Record.of_numbers(self._sketch.arrays())})
+
+    def restore(self, record: Record, firsts: Sequence[int]) -> None:
+        """Takes over the counts of a record. firsts: the first samples of its chunks. ValueError if it contradicts itself or
+        these."""
+        chunks = record.part("chunks")
+        rows, of_class, complying = (chunks.numbers(name) for name in _COUNTS)
+        if chunks.numbers("first").tolist() != list(firsts):
+            raise ValueError("a requirement that counts other chunks")
+        if not (np.all(complying >= 0) and np.all(of_class >= complying) and np.all(rows >= of_class)):
+            raise ValueError("a requirement whose counts contradict each other")
+        counts = zip(rows.tolist(), of_class.tolist(), complying.tolist(), strict=True)
+        self._chunks = dict(zip(firsts, counts, strict=True))
+        self._sketch = sketch_of(record.part("sketch"))
+        if self._sketch.n not in (0, int(of_class.sum())):
+            raise ValueError(f"a requirement with {self._sketch.n} values for {int(of_class.sum())} samples")
 
     def decided(self) -> bool:
         """Whether a sequential method has decided. A fixed number of samples is judged at the end only."""

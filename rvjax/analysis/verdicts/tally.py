@@ -11,6 +11,7 @@ from rvjax.analysis.verdicts.share_tally import ShareTally
 from rvjax.columns import Column
 from rvjax.errors import UsageError
 from rvjax.run_folder import Samples
+from rvjax.run_folder.named_arrays import Record
 from rvjax.stats.sampling_design import Exploration, Independent, SamplingDesign
 
 if TYPE_CHECKING:
@@ -55,6 +56,27 @@ class Tallies:
         if complaints:
             raise UsageError("\n".join(complaints))
 
+    def prepare(self, columns: Mapping[str, Column]) -> None:
+        """Learns what `add` would learn from a table with these columns."""
+        for tally in self._tallies:
+            tally.evaluator.prepare(columns)
+
+    def merge(self, other: Tallies) -> None:
+        """Counts the samples of other tallies of the same requirements; no chunk may be in both."""
+        for tally, others in zip(self._tallies, other._tallies, strict=True):
+            tally.merge(others)  # pyright: ignore[reportArgumentType]  # of the same requirement, so of the same type
+
+    def record(self) -> Record:
+        """All counts, for `restore`."""
+        return Record.joined({str(place): tally.record() for place, tally in enumerate(self._tallies)})
+
+    def restore(self, record: Record, columns: Mapping[str, Column], firsts: Sequence[int]) -> None:
+        """Takes over the counts of a record; only where nothing was counted. columns, firsts: those of the table that was
+        counted, and the first samples of its chunks. ValueError or KeyError if the record contradicts itself or these."""
+        self.prepare(columns)
+        for place, tally in enumerate(self._tallies):
+            tally.restore(record.part(str(place)), firsts)
+
     def decided(self) -> bool:
         """Whether every requirement is decided, so that no further sample is needed."""
         return bool(self._tallies) and all(tally.decided() for tally in self._tallies)
@@ -77,6 +99,19 @@ class Unjudged:
 
     def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
         """Counts nothing."""
+
+    def prepare(self, columns: Mapping[str, Column]) -> None:
+        """Learns nothing."""
+
+    def merge(self, other: Unjudged) -> None:
+        """Merges nothing."""
+
+    def record(self) -> Record:
+        """Empty."""
+        return Record()
+
+    def restore(self, record: Record, columns: Mapping[str, Column], firsts: Sequence[int]) -> None:
+        """Takes over nothing."""
 
     def decided(self) -> bool:
         """Never decided."""
