@@ -1,82 +1,100 @@
-"""How long it takes to open a run folder of many chunks, and to go on with it: `python -m benchmarks.scan [CHUNKS]`.
+"""How long it takes to open a run folder of many chunks and to resume it, and the memory: `python -m benchmarks.scan [CHUNKS]`.
 
-The chunks are small files of no meaning, so what is timed are names, sizes, manifest and journal, not what the files hold. Once
-with everything in the manifest, as a run leaves that has ended; once with everything in the journal, as one that was killed.
+The chunks are small files of no meaning: names, sizes, manifest and journal are measured, not what the files hold. Once with
+everything in the manifest, as a run leaves that has ended; once with as many lines in the journal as it may have, as a run leaves
+that was killed. Each measurement is a new process; its memory is the peak of the whole process, imports included.
 """
 
 from __future__ import annotations
 
+import json
+import resource
+import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 from rvjax.run_folder import CAMPAIGN, RunDescription, RunFolder, atomic_files
-from rvjax.run_folder.journal import Journal
-from rvjax.run_folder.manifest import Entry, Head, Key, Manifest
+from rvjax.run_folder.entry import Entry, Key
+from rvjax.run_folder.journal import MOST_LINES, Journal
+from rvjax.run_folder.manifest import Head, Manifest
 
 LANES = 416
-CHUNKS = 100_000
+CHUNKS = 1_000_000
 IDENTITY: dict[str, Any] = {"campaign": "made up"}
 TEXT = "rvjax: 1\n"
+ACTIONS = ("open", "resume")
 
 
-def build(root: Path, chunks: int, closed: bool) -> None:
-    """A run folder of so many chunks; closed: its journal is folded into the manifest."""
-    samples = chunks * LANES
-    head = Head(name="scan", samples=samples, identity=IDENTITY, provenance={}, campaign=atomic_files.sha256(TEXT.encode()))
+def build(root: Path, chunks: int) -> list[Entry]:
+    """The files of so many chunks; returns their entries."""
     (root / "samples").mkdir(parents=True)
     (root / CAMPAIGN).write_text(TEXT)
-    journal, manifest = Journal(root), Manifest(head)
-    with patch("os.fsync"):
-        journal.fold(manifest)
-        for chunk in range(chunks):
-            data = b"%d" % chunk
-            digest = atomic_files.sha256(data)
-            name = Key("samples", chunk).file(digest)
-            (root / name).write_bytes(data)
-            entry = Entry(file=name, sha256=digest, bytes=len(data), first=chunk * LANES, count=LANES)
-            manifest.entries[entry.key] = entry
-            journal.append([entry])
-        if closed:
-            journal.fold(manifest)
+    entries: list[Entry] = []
+    for chunk in range(chunks):
+        data = b"%d" % chunk
+        digest = atomic_files.sha256(data)
+        file = Key("samples", chunk).file(digest)
+        entries.append(Entry(file=file, sha256=digest, bytes=len(data), first=chunk * LANES, count=LANES))
+        (root / file).write_bytes(data)
+    return entries
+
+
+def enter(root: Path, entries: Sequence[Entry], lines: int) -> None:
+    """Writes manifest and journal; the last entries are in lines of the journal."""
+    samples, campaign = len(entries) * LANES, atomic_files.sha256(TEXT.encode())
+    head = Head(name="scan", samples=samples, identity=IDENTITY, provenance={}, campaign=campaign)
+    journal, folded = Journal(root), len(entries) - lines
+    journal.fold(Manifest(head, entries[:folded]))
+    if lines:
+        journal.append(entries[folded:])
     journal.close()
 
 
-def resume(root: Path, chunks: int) -> None:
+def resume(root: Path) -> None:
     """Opens the folder to fly what it lacks, which is nothing, and closes it again."""
-    description = RunDescription(identity=IDENTITY, provenance={}, campaign_text=TEXT, samples=chunks * LANES, name="scan")
+    samples = RunFolder.open(root).requested
+    description = RunDescription(identity=IDENTITY, provenance={}, campaign_text=TEXT, samples=samples, name="scan")
     with RunFolder.resume(root, description, LANES) as folder:
-        assert folder.missing(chunks) == []
+        assert folder.missing(samples // LANES) == []
 
 
-def seconds(action: Callable[[], object]) -> float:
-    """How long it takes."""
-    start = time.perf_counter()
-    action()
-    return time.perf_counter() - start
+def report(action: str, root: Path) -> None:
+    """Prints seconds and peak memory [MB] of an action in this process."""
+    started = time.perf_counter()
+    actions: dict[str, Callable[[Path], object]] = {"open": RunFolder.open, "resume": resume}
+    actions[action](root)
+    seconds = time.perf_counter() - started
+    print(json.dumps([seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024]))
 
 
-def measure(chunks: int) -> dict[str, float]:
-    """Seconds by what was done."""
-    found: dict[str, float] = {}
-    for closed in (True, False):
-        with tempfile.TemporaryDirectory() as place:
-            root, state = Path(place) / "run", "ended" if closed else "killed"
-            build(root, chunks, closed)
-            found[f"open, {state}"] = seconds(lambda root=root: RunFolder.open(root))
-            found[f"go on, {state}"] = seconds(lambda root=root: resume(root, chunks))
-    return found
+def measure(chunks: int) -> dict[str, tuple[float, float]]:
+    """Seconds and peak memory [MB] by what was done."""
+    measured: dict[str, tuple[float, float]] = {}
+    with tempfile.TemporaryDirectory() as place:
+        root = Path(place) / "run"
+        entries = build(root, chunks)
+        for state, lines in (("ended", 0), ("killed", min(MOST_LINES, chunks // 2))):
+            enter(root, entries, lines)
+            for action in ACTIONS:
+                command = [sys.executable, "-m", "benchmarks.scan", action, str(root)]
+                answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+                seconds, memory = json.loads(answer)
+                measured[f"{action}, {state}"] = seconds, memory
+    return measured
 
 
 def main() -> None:
-    """Prints the seconds."""
+    """Prints the figures."""
+    if sys.argv[1:2] and sys.argv[1] in ACTIONS:
+        report(sys.argv[1], Path(sys.argv[2]))
+        return
     chunks = int(sys.argv[1]) if len(sys.argv) > 1 else CHUNKS
-    for what, time_s in measure(chunks).items():
-        print(f"{chunks} chunks: {what}: {time_s:.2f} s")
+    for what, (seconds, memory) in measure(chunks).items():
+        print(f"{chunks} chunks: {what}: {seconds:.2f} s, {memory:.0f} MB")
 
 
 if __name__ == "__main__":

@@ -76,6 +76,7 @@ SLOW = frozenset(
         "report/test_large_run.py::test_the_summary_has_the_keys_of_a_small_run",
         "report/test_report.py::test_extreme_runs_have_a_report",
         "report/test_report.py::test_the_report_is_built_without_jax",
+        "results/test_large_folders.py::test_any_failing_call_keeps_what_was_committed",
         "run/test_baselines.py::test_both_fly_the_same_draws_and_stand_beside_each_other",
         "run/test_compiling.py::test_another_run_of_the_same_structure_finds_its_programs",
         "run/test_keeping.py::test_a_kept_flight_has_at_most_601_rows[1201-402]",

@@ -11,7 +11,8 @@ from rvjax.analysis.verdicts import Verdict, tallies
 from rvjax.campaign import Keep, Requirement
 from rvjax.columns import Column
 from rvjax.errors import DamagedError
-from rvjax.run_folder.manifest import Entry, json_bytes
+from rvjax.run_folder.entries import EntryRows
+from rvjax.run_folder.manifest import json_bytes
 from rvjax.run_folder.named_arrays import Record
 from rvjax.run_folder.verdict_columns import Extract
 from rvjax.stats.sampling_design import SamplingDesign
@@ -98,7 +99,7 @@ class RunAccumulator:
         if self.totals.n:
             self._tallies.restore(record.part("tallies"), self.totals.columns, self.totals.firsts)
 
-    def extract(self, chunks: Sequence[Entry]) -> bytes | None:
+    def extract(self, chunks: EntryRows) -> bytes | None:
         """The columns of the requirements in these chunks, as a file; None unless all of the chunks were added."""
         return self._extract.encoded(chunks)
 

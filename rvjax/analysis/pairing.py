@@ -138,7 +138,7 @@ def pair(
 def _size(a: RunFolder, b: RunFolder, common: bool) -> int:
     """The number of samples that both folders have."""
     for folder in (a, b):
-        if missing := folder.requested - sum(chunk.count for chunk in folder.chunks):
+        if missing := folder.requested - folder.chunks.total:
             raise IncompleteError(
                 f"{folder.path}: {missing} of {folder.requested} samples are missing; `rvjax run` with the same --out flies them"
             )

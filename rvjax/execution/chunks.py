@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.run_folder import DataFile
-from rvjax.run_folder.manifest import Key, digest
+from rvjax.run_folder.entry import Key
+from rvjax.run_folder.manifest import digest
 from rvjax.simulation import tables
 from rvjax.simulation.batch import LANES, Flown, Flyer, devices
 from rvjax.simulation.draws import Draws

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.columns import Column
@@ -51,17 +50,12 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
 def recorded(folder: RunFolder, samples: Sequence[int]) -> pd.DataFrame:
     """The rows of some samples, in the order given, read from their chunks; UsageError where a sample is missing."""
     wanted = np.unique(np.asarray(samples, dtype=np.int64))
-    held = {entry.number: _between(wanted, entry.first, entry.first + entry.count) for entry in folder.chunks}
-    if absent := sorted({*wanted.tolist()}.difference(*(part.tolist() for part in held.values()))):
+    chunks, held = folder.chunks.holding(wanted)
+    if absent := wanted[~held].tolist():
         accepted = f"accepted: 0 to {folder.requested - 1}, if flown"
         raise UsageError(f"{folder.path}: no sample {', '.join(map(str, absent))}; {accepted}")
-    tables_of = folder.tables([chunk for chunk, part in held.items() if part.size])
-    rows = pd.concat([frame[np.isin(frame["sample"], wanted)] for _, frame, _ in tables_of])
+    rows = pd.concat([frame[np.isin(frame["sample"], wanted)] for _, frame, _ in folder.tables(chunks.number.tolist())])
     return rows.set_index("sample", drop=False).loc[list(samples)].reset_index(drop=True)
-
-
-def _between(ascending: NDArray[np.int64], low: int, high: int) -> NDArray[np.int64]:
-    return ascending[np.searchsorted(ascending, low) : np.searchsorted(ascending, high)]
 
 
 def trace_file(path: Path) -> Path:

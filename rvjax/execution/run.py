@@ -256,7 +256,7 @@ def _fly_and_read(
     runner: ChunkRunner, folder: RunFolder, results: RunAccumulator, options: RunOptions, flights: PhaseProgress
 ) -> None:
     """Flies the chunks that the folder lacks and adds all chunks to the results. A damaged chunk is flown again."""
-    unread = {chunk.number for chunk in folder.chunks}
+    unread: set[int] = set(folder.chunks.number.tolist())
     while (missing := _missing(folder)) or unread:
         if missing:
             _fly_missing(runner, folder, results, options, flights)

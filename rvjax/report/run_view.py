@@ -26,7 +26,7 @@ from rvjax.report import fault_severity
 from rvjax.report.blocks import Number
 from rvjax.report.number_format import count
 from rvjax.run_folder import BASELINES, Account, Audited, Column, RunFolder
-from rvjax.run_folder.manifest import Entry
+from rvjax.run_folder.entries import EntryRows
 from rvjax.stats.quantile_sketch import Sketch
 from rvjax.stats.sampling_design import SamplingDesign
 
@@ -60,7 +60,7 @@ class Run:
     identity: Mapping[str, Any]
     provenance: Mapping[str, Any]
     audit: Audited | None
-    chunks: tuple[Entry, ...]
+    chunks: EntryRows
     extract: bytes | None
     baselines: Mapping[str, Totals]
 

@@ -8,7 +8,7 @@ import hashlib
 import os
 import re
 import uuid
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 
@@ -153,22 +153,27 @@ def is_temporary(name: str) -> bool:
     return re.fullmatch(r"\..+\.[0-9a-f]{32}", name) is not None
 
 
-def listing(root: Path, folders: Iterable[str], sweep: bool = True) -> dict[str, int]:
-    """Name and size in bytes of every file in `root` and in the given folders below it.
+def listing(root: Path, folders: Iterable[str], sweep: bool = True) -> Iterator[tuple[str, int]]:
+    """Name and size in bytes of every file in the given folders below `root`, in turn; "" is `root` itself.
 
     sweep: remove temporary files, which a stopped process left.
     """
-    sizes: dict[str, int] = {}
-    for folder in ("", *folders):
+    for folder in folders:
+        prefix = f"{folder}/" if folder else ""
         with explained(root / folder), suppress(FileNotFoundError), os.scandir(root / folder) as entries:
             for entry in entries:
                 if not entry.is_file(follow_symlinks=False):
                     continue
-                if not is_temporary(entry.name):
-                    sizes[f"{folder}/{entry.name}".lstrip("/")] = entry.stat().st_size
+                if not entry.name.startswith(".") or not is_temporary(entry.name):
+                    yield prefix + entry.name, entry.stat(follow_symlinks=False).st_size
                 elif sweep:
                     os.unlink(entry.path)
-    return sizes
+
+
+def sweep(root: Path, folders: Iterable[str]) -> None:
+    """Removes the temporary files, which a stopped process left, in the given folders below `root`; "" is `root` itself."""
+    for _ in listing(root, folders):
+        pass
 
 
 def set_aside(root: Path, name: str) -> None:

@@ -54,4 +54,4 @@ def verified(root: Path, name: str) -> bytes | None:
 
 def _existing(root: Path) -> set[str]:
     """The names of all files from this report or an earlier report."""
-    return {name for name in atomic_files.listing(root, ("figures",), sweep=False) if _MADE.fullmatch(name)}
+    return {name for name, _ in atomic_files.listing(root, ("", "figures"), sweep=False) if _MADE.fullmatch(name)}

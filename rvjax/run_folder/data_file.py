@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from rvjax.columns import Column
 from rvjax.run_folder import atomic_files, parquet
-from rvjax.run_folder.manifest import Entry, Key
+from rvjax.run_folder.entry import Entry, Key
 from rvjax.run_folder.samples_table import KEYS
 
 

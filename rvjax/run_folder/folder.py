@@ -11,7 +11,6 @@ import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -26,13 +25,16 @@ from rvjax.cores import cores
 from rvjax.errors import DamagedError, FolderError, IncompleteError, UsageError
 from rvjax.run_folder import atomic_files, checksums, input_files, verdict_columns
 from rvjax.run_folder.data_file import DataFile
+from rvjax.run_folder.entries import EntryRows, neighbours
+from rvjax.run_folder.entries_file import is_entries_file
+from rvjax.run_folder.entry import PARTS, Entry, Key, Part
 from rvjax.run_folder.journal import NAME as JOURNAL
 from rvjax.run_folder.manifest import NAME as MANIFEST
-from rvjax.run_folder.manifest import Audited, Entry, Head, Key, Part, differences, digest, json_bytes, neighbours, plain
+from rvjax.run_folder.manifest import Audited, Head, differences, digest, json_bytes, plain
 from rvjax.run_folder.parquet import decode, some_of
 from rvjax.run_folder.run_description import RunDescription
 from rvjax.run_folder.samples_table import OUTCOMES, Account, Samples, check_chunk, join
-from rvjax.run_folder.store import PARTS, Store, compared
+from rvjax.run_folder.store import Store, compared
 
 CAMPAIGN = "campaign.yaml"
 """The campaign file in a run folder."""
@@ -78,7 +80,7 @@ class RunFolder:
                 expected = (CAMPAIGN, JOURNAL, *([] if input_files.foreign(root, run.inputs) else [INPUTS]))
                 if any(name not in expected and not atomic_files.is_temporary(name) for name in os.listdir(root)):
                     raise FolderError(f"{root}: there already and not empty; resume it, or choose another folder with --out")
-            atomic_files.listing(root, ())
+            atomic_files.sweep(root, [""])
             atomic_files.replace(root / CAMPAIGN, text)
             head.inputs = input_files.write(root, run.inputs)
             store.fold()
@@ -197,15 +199,16 @@ class RunFolder:
         self._store.fold()
 
     @property
-    def chunks(self) -> tuple[Entry, ...]:
-        """The entries of the finished chunks in ascending order."""
-        return tuple(self._store.manifest.entries[key] for key in self._store.keys("samples"))
+    def chunks(self) -> EntryRows:
+        """The entries of the finished chunks in ascending order: a sequence, and columns for many chunks."""
+        return self._store.manifest.entries.of_part("samples")
 
     def missing(self, chunk_count: int, envelopes: int = 0) -> list[int]:
         """The chunks of 0 .. chunk_count - 1 that are not finished. envelopes: the first chunks that need an envelope, too."""
-        parts: Mapping[int, tuple[Part, ...]] = dict.fromkeys(range(envelopes), ("samples", "envelopes"))
-        entries = self._store.manifest.entries
-        return [n for n in range(chunk_count) if any(Key(part, n) not in entries for part in parts.get(n, ("samples",)))]
+        envelopes, entries = min(envelopes, chunk_count), self._store.manifest.entries
+        finished = entries.of_part("samples").present(chunk_count)
+        finished[:envelopes] &= entries.of_part("envelopes").present(envelopes)
+        return np.flatnonzero(~finished).tolist()
 
     def campaign_text(self) -> str:
         """The text of the campaign file. It and the input files are verified; DamagedError if any was changed."""
@@ -249,7 +252,7 @@ class RunFolder:
 
     def columns(self) -> dict[str, Column]:
         """The columns of the samples table; IncompleteError if no chunk is finished."""
-        for _, _, columns in self.tables(chunk.number for chunk in self.chunks[:1]):
+        for _, _, columns in self.tables(self.chunks[:1].number.tolist()):
             return columns
         raise IncompleteError(f"{self.path}: no chunk is finished yet; fly it with `rvjax run` and the same --out")
 
@@ -272,7 +275,7 @@ class RunFolder:
         """
         data, chunks = checksums.verified(self.path, verdict_columns.NAME), self.chunks
         extract = None if data is None else verdict_columns.decoded(data, chunks, names)
-        if extract is None or len(list(neighbours(chunks, len(chunks)))) != 1:
+        if extract is None or not len(chunks) or not chunks.contiguous:
             return []
         self._store.verify(chunks)
         return [(chunks[0].number, *extract)]
@@ -294,7 +297,7 @@ class RunFolder:
 
         FolderError if a file is missing or damaged, or if chunks contradict each other. IncompleteError if no chunk is finished.
         """
-        if not self.chunks:
+        if not len(self.chunks):
             raise IncompleteError(f"{self.path}: no chunk is finished yet; fly it with `rvjax run` and the same --out")
         return join(
             {self._store.manifest.entries[key].file: self._table(key) for key in self._store.keys("samples")}, self.requested
@@ -302,14 +305,15 @@ class RunFolder:
 
     def account(self) -> Account:
         """The outcomes of the requested samples, and how many are missing. FolderError if a sample is there twice."""
-        spans = sorted((entry.first, entry.first + entry.count) for entry in self.chunks)
-        if any(end > first for (_, end), (first, _) in pairwise(spans)):
+        chunks = self.chunks
+        spans = chunks.those(np.argsort(chunks.first, kind="stable"))
+        if (spans.first[:-1] + spans.samples[:-1] > spans.first[1:]).any():
             raise FolderError(f"{self.path}: chunks share samples; fly the campaign again with another --out")
         counts = Counter[str]()
         for _, frame, _ in self.tables():
             counts.update(frame["outcome"].tolist())
         captured, not_settled, not_finite = (counts[outcome] for outcome in OUTCOMES)
-        missing = self.requested - sum(entry.count for entry in self.chunks)
+        missing = self.requested - chunks.total
         return Account(self.requested, captured, not_settled, not_finite, missing)
 
     def write_trace(self, sample: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
@@ -323,7 +327,7 @@ class RunFolder:
 
     def trace_samples(self) -> list[int]:
         """The samples whose traces are kept."""
-        return [key.number for key in self._store.keys("traces")]
+        return self._store.manifest.entries.of_part("traces").number.tolist()
 
     def trace(self, sample: int) -> pd.DataFrame:
         """The trace of a sample, verified."""
@@ -356,7 +360,8 @@ class RunFolder:
         `seal` records the SHA-256 of all these files. FolderError if `name` leads out of the folder or names data.
         """
         path = atomic_files.inside(self.path, name)
-        if path.relative_to(self.path).parts[0] in _DATA:
+        place = path.relative_to(self.path).parts[0]
+        if place in _DATA or is_entries_file(place):
             raise FolderError(f"{path}: holds data of the run, which rvjax never overwrites; accepted: another name")
         atomic_files.replace(path, data)
         self._written[path.relative_to(self.path).as_posix()] = atomic_files.sha256(data)
@@ -368,7 +373,7 @@ class RunFolder:
 
     def verify(self) -> None:
         """Verifies every file of the folder; FolderError names all files that are missing or damaged."""
-        complaints = [complaint for key in sorted(self._store.manifest.entries) if (complaint := self._store.complaint(key))]
+        complaints = [complaint for key in self._store.manifest.entries if (complaint := self._store.complaint(key))]
         try:
             self.campaign_text()
         except FolderError as error:

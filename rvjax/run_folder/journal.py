@@ -15,16 +15,26 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Self
 
+import pyarrow as pa
 from pydantic import ValidationError
 
 from rvjax.errors import FolderError
 from rvjax.run_folder import atomic_files
-from rvjax.run_folder.manifest import ENTRIES, REBUILD, Entry, Head, Manifest, plain
+from rvjax.run_folder.entries_file import EntriesFile, decode, encode, is_entries_file
+from rvjax.run_folder.entry import ENTRIES, Entry
 from rvjax.run_folder.manifest import NAME as MANIFEST
+from rvjax.run_folder.manifest import REBUILD, Document, Head, Manifest, plain
 
 NAME = "journal.jsonl"
 
 _CHECK = len('["0123456789abcdef", ')
+
+
+LISTED = 4_096
+"""The largest number of entries that the manifest lists itself; more are in a file that it names."""
+
+MOST_LINES = 16_384
+"""The number of lines after which a commit folds the journal into the manifest, so that both are read fast."""
 
 
 class Journal:
@@ -33,34 +43,47 @@ class Journal:
     def __init__(self, root: Path) -> None:
         self.root = root
         self._handle: int | None = None
-        self._length = 0
+        self._length = self._lines = 0
         self._folded: tuple[Any, ...] | None = None
         self._digests: tuple[str, ...] = ()
+        self._listed: EntriesFile | None = None
+        self._listed_revision = 0
 
     @classmethod
     def read(cls, root: Path) -> tuple[Self, Manifest]:
         """The journal and the manifest with the journal's files.
 
-        FolderError if the path is not a run folder, or if either file was changed or is missing.
+        FolderError if the path is not a run folder, or if one of its files was changed or is missing.
         """
         path = root / MANIFEST
         if not atomic_files.exists(path):
             raise FolderError(f"{root}: not a run folder, it has no {MANIFEST}; accepted: one written by `rvjax run`")
         data = atomic_files.read(path)
-        journal, manifest = cls(root), Manifest.decode(path, data)
+        journal, document = cls(root), Document.decode(path, data)
+        try:
+            manifest = journal._manifest(document)
+        except FolderError:
+            if atomic_files.read(path) == data:
+                raise
+            return cls.read(root)  # a writer has replaced the manifest, and removed the entries file of the former
         text = _text(root / NAME)
         base, _, entries = _decode(root / NAME, text)
         journal._digests = atomic_files.sha256(data), atomic_files.sha256(text)
         if base == journal._digests[0]:
-            if text.find(b"\n") == len(text) - 1:  # nothing after the first line
+            if not entries and text.endswith(b"\n"):  # nothing after the first line
                 journal._folded, journal._length = _state(manifest), len(text)
-            manifest.entries |= {entry.key: entry for entry in entries}
+            manifest.entries.update({entry.key: entry for entry in entries})
         return journal, manifest
 
     @property
     def current(self) -> bool:
         """Whether both files are still the same as when they were read."""
         return self._digests == tuple(atomic_files.sha256(_text(self.root / name)) for name in (MANIFEST, NAME))
+
+    @property
+    def due(self) -> bool:
+        """Whether `fold` is needed before the next `append`: it did not succeed, or there are many lines."""
+        return self._handle is None or self._lines >= MOST_LINES
 
     def append(self, entries: Iterable[Entry]) -> None:
         """Appends a line for each data file; all lines are on the disk on return, or none is. Only after `fold`."""
@@ -76,25 +99,65 @@ class Journal:
                 os.ftruncate(self._handle, self._length)  # removes incomplete lines
                 raise
         self._length += len(lines)
+        self._lines += lines.count(b"\n")
 
     def fold(self, manifest: Manifest) -> None:
         """Writes the manifest, then an empty journal that extends it, so that nothing is lost between the two.
 
-        In a new folder the manifest comes last: it makes the folder a run folder. If both files are up to date, they stay.
+        The file of many entries is written before the manifest that names it, and an older one is removed at the end. In a new
+        folder the manifest comes last: it makes the folder a run folder. If all files are up to date, they stay.
         """
         state = _state(manifest)
         if state != self._folded:
             self.close()
             self._folded = None
-            data = manifest.encode()
+            self._write_entries(manifest)
+            data = manifest.encode(self._listed)
             head = _line({"base": atomic_files.sha256(data), "head": state[0]})
             new = {MANIFEST: data, NAME: head}
             for name in new if (self.root / MANIFEST).exists() else reversed(new):
                 atomic_files.replace(self.root / name, new[name])
-            self._folded, self._length = state, len(head)
+            self._folded, self._length, self._lines = state, len(head), 0
         if self._handle is None:
+            self._sweep()
             with atomic_files.explained(self.root / NAME):
                 self._handle = os.open(self.root / NAME, os.O_WRONLY | os.O_APPEND)
+
+    def _manifest(self, document: Document) -> Manifest:
+        """The manifest of a document, with the entries from their file."""
+        head, entries = document
+        if not isinstance(entries, EntriesFile):
+            return Manifest(head, entries)
+        path = self.root / entries.name
+        if not atomic_files.exists(path):
+            raise FolderError(f"{path}: missing, but {MANIFEST} names it; {REBUILD}")
+        data = atomic_files.read(path)
+        try:
+            if atomic_files.sha256(data) != entries.sha256:
+                raise ValueError("another SHA-256 than in the manifest")
+            rows = decode(data, entries.count)
+        except (pa.ArrowException, OSError, ValueError) as error:
+            raise FolderError(f"{path}: damaged or edited ({error}); {REBUILD}") from error
+        manifest = Manifest(head, rows)
+        self._listed, self._listed_revision = entries, manifest.entries.revision
+        return manifest
+
+    def _write_entries(self, manifest: Manifest) -> None:
+        """Writes the file of many entries, unless it has them already."""
+        entries = manifest.entries
+        if len(entries) <= LISTED:
+            self._listed = None
+        elif self._listed is None or self._listed_revision != entries.revision:
+            listed, data = encode(entries.rows)
+            atomic_files.replace(self.root / listed.name, data)
+            self._listed, self._listed_revision = listed, entries.revision
+
+    def _sweep(self) -> None:
+        """Removes the entries files that the manifest does not name."""
+        for name in entries_files(self.root):
+            if self._listed is None or name != self._listed.name:
+                with atomic_files.explained(self.root / name):
+                    (self.root / name).unlink(missing_ok=True)
 
     def close(self) -> None:
         """Closes the journal file."""
@@ -106,7 +169,7 @@ class Journal:
 def head_of(root: Path) -> Head:
     """The head of the run from the manifest, or from the journal if the manifest is damaged. FolderError if both are damaged."""
     try:
-        return Manifest.decode(root / MANIFEST, atomic_files.read(root / MANIFEST)).head
+        return Document.decode(root / MANIFEST, atomic_files.read(root / MANIFEST)).head
     except FolderError as error:
         try:
             return _decode(root / NAME, _text(root / NAME), 1)[1]
@@ -117,9 +180,14 @@ def head_of(root: Path) -> Head:
             ) from error
 
 
+def entries_files(root: Path) -> list[str]:
+    """The names of all entries files in a run folder."""
+    return [name for name, _ in atomic_files.listing(root, [""], sweep=False) if is_entries_file(name)]
+
+
 def _state(manifest: Manifest) -> tuple[Any, ...]:
-    """A copy of the manifest's contents, to notice changes."""
-    return plain(manifest.head.model_dump()), dict(manifest.entries)
+    """A copy of the head, and the revision of the entries, to notice changes."""
+    return plain(manifest.head.model_dump()), manifest.entries.revision
 
 
 def _line(value: dict[str, Any]) -> bytes:

@@ -1,4 +1,4 @@
-"""The manifest: the head of a run, and name, size and SHA-256 of each of its data files.
+"""The manifest: the head of a run, and name, size and SHA-256 of each of its data files, or of the file that lists them.
 
 It is a JSON document that ends with the SHA-256 of all bytes before it, so that any change is noticed. It is written as a whole,
 at the start and at the end of a run; files that are added between are in the journal (`rvjax.run_folder.journal`).
@@ -8,74 +8,24 @@ from __future__ import annotations
 
 import json
 import math
-import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Self, cast
+from typing import Annotated, Any, NamedTuple, Self, cast
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapter, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from rvjax.errors import FolderError
 from rvjax.run_folder import atomic_files
+from rvjax.run_folder.entries import Entries, EntryRows
+from rvjax.run_folder.entries_file import EntriesFile
+from rvjax.run_folder.entry import ENTRIES, Digest, Entry
 
 FORMAT = 2
+FORMAT_WITH_ENTRIES_FILE = 3
 NAME = "manifest.json"
 
-Part = Literal["samples", "envelopes", "traces"]
-Digest = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
-
 REBUILD = "run `rvjax doctor` on this folder to rebuild it from the data files"
-
-_FILE = re.compile(r"(samples|envelopes|traces)/(?:sample-(?=\d{7}))?(\d{5,})-([0-9a-f]{16})\.parquet")
-
-
-class Key(NamedTuple):
-    """The contents of a data file: the samples or envelopes of a chunk, or the trace of a sample."""
-
-    part: Part
-    number: int
-
-    def file(self, sha256: str) -> str:
-        """The file's name in the run folder. It has the first 16 digits of the SHA-256, so a file can be verified by its name."""
-        stem = f"sample-{self.number:07d}" if self.part == "traces" else f"{self.number:05d}"
-        return f"{self.part}/{stem}-{sha256[:16]}.parquet"
-
-    @classmethod
-    def of(cls, file: str) -> Key | None:
-        """The inverse of `file`; None if the name is not that of a data file."""
-        match = _FILE.fullmatch(file)
-        key = match and cls(cast("Part", match[1]), int(match[2]))
-        return key if match and key and key.file(match[3]) == file else None
-
-
-class Entry(BaseModel):
-    """A data file in the manifest: `count` samples from number `first` on."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-    file: str
-    sha256: Digest
-    bytes: Annotated[int, Field(ge=0)]
-    first: Annotated[int, Field(ge=0)]
-    count: Annotated[int, Field(ge=1)]
-
-    @model_validator(mode="after")
-    def _named(self) -> Self:
-        key = Key.of(self.file)
-        if key is None or key.file(self.sha256) != self.file:
-            raise ValueError(f"{self.file} is not the name of a data file with this SHA-256")
-        return self
-
-    @property
-    def key(self) -> Key:
-        """The contents of the file."""
-        return cast("Key", Key.of(self.file))
-
-    @property
-    def number(self) -> int:
-        """The number of the chunk, or of the sample of a trace."""
-        return self.key.number
 
 
 class Audited(BaseModel):
@@ -126,7 +76,10 @@ class Audited(BaseModel):
 
 
 class Head(BaseModel):
-    """The head of a run: name, samples, identity, provenance, audit, and the SHA-256 of the campaign file and its inputs."""
+    """The head of a run: name, samples, identity, provenance, audit, and the SHA-256 of the campaign file and its inputs.
+
+    format: of a manifest that lists its entries itself; `Manifest.encode` writes another for one that names a file of them.
+    """
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -140,42 +93,58 @@ class Head(BaseModel):
     inputs: dict[str, Digest] = {}
 
 
-ENTRIES = TypeAdapter(list[Entry])
-
-
 class Manifest:
     """The head of a run and the entries of its data files by key."""
 
-    def __init__(self, head: Head, entries: Iterable[Entry] = ()) -> None:
+    def __init__(self, head: Head, entries: Iterable[Entry] | EntryRows = ()) -> None:
         self.head = head
-        self.entries = {entry.key: entry for entry in entries}
+        self.entries = Entries(entries)
 
-    def encode(self) -> bytes:
-        """The document as bytes; the same manifest gives the same bytes."""
-        head = json.dumps(plain(self.head.model_dump()), indent=1).removesuffix("\n}")
-        lines = ",\n  ".join(json.dumps(self.entries[key].model_dump()) for key in sorted(self.entries))
-        body = f'{head},\n "files": [\n  {lines}\n ],\n'.encode()
+    def encode(self, listed: EntriesFile | None = None) -> bytes:
+        """The document as bytes; the same manifest gives the same bytes. listed: the file of the entries, which is named instead
+        of them."""
+        head = plain(self.head.model_dump())
+        if listed:
+            head["format"] = FORMAT_WITH_ENTRIES_FILE
+            files = f' "entries": {json.dumps(listed.model_dump())},\n'
+        else:
+            lines = ",\n  ".join(json.dumps(entry.model_dump()) for entry in self.entries.rows)
+            files = f' "files": [\n  {lines}\n ],\n'
+        text = json.dumps(head, indent=1).removesuffix("\n}")
+        body = f"{text},\n{files}".encode()
         return body + _seal(body)
+
+
+class Document(NamedTuple):
+    """A manifest file. entries: those that it lists, or the file that has them."""
+
+    head: Head
+    entries: list[Entry] | EntriesFile
 
     @classmethod
     def decode(cls, path: Path, data: bytes) -> Self:
-        """The inverse of `encode`. path: for messages. FolderError if the bytes were changed or have another format version."""
+        """The inverse of `Manifest.encode`. path: for messages. FolderError if the bytes were changed or have another format
+        version."""
         body = data[: -len(_seal(b""))]
         try:
             document = json.loads(data)
-            if document["format"] != FORMAT:
-                version = document["format"]
-                raise FolderError(f"{path}: format {version!r}; accepted: {FORMAT}; use the version of rvjax that wrote it")
+            version = document["format"]
+            if version not in (FORMAT, FORMAT_WITH_ENTRIES_FILE):
+                accepted = f"{FORMAT} and {FORMAT_WITH_ENTRIES_FILE}"
+                raise FolderError(f"{path}: format {version!r}; accepted: {accepted}; use the version of rvjax that wrote it")
             del document["sha256"]  # compared below with the whole document
-            entries = ENTRIES.validate_python(document.pop("files"))
-            manifest = cls(Head.model_validate(document), entries)
+            if version == FORMAT:
+                entries = ENTRIES.validate_python(document.pop("files"))
+            else:
+                entries = EntriesFile.model_validate(document.pop("entries"))
+            head = Head.model_validate(document | {"format": FORMAT})
         except (ValidationError, ValueError, KeyError, TypeError, RecursionError) as error:
             raise FolderError(f"{path}: damaged, not a manifest; {REBUILD}") from error
         if body + _seal(body) != data:
             raise FolderError(f"{path}: damaged or edited, it does not match the SHA-256 at its end; {REBUILD}")
-        if len(manifest.entries) != len(entries):
+        if isinstance(entries, list) and len({entry.key for entry in entries}) != len(entries):
             raise FolderError(f"{path}: damaged, it names two files for the same chunk; {REBUILD}")
-        return manifest
+        return cls(head, entries)
 
 
 def _seal(body: bytes) -> bytes:
@@ -224,19 +193,3 @@ def _leaves(value: Any, path: str = "") -> dict[str, str]:
     for key, item in items:
         leaves |= _leaves(item, f"{path}.{key}" if path else str(key))
     return leaves
-
-
-TOGETHER = 64
-"""The largest number of chunks in a group of neighbours."""
-
-
-def neighbours(chunks: Iterable[Entry], most: int = TOGETHER) -> Iterator[list[Entry]]:
-    """Groups of up to `most` consecutive chunks without a gap between their samples."""
-    group: list[Entry] = []
-    for chunk in chunks:
-        if group and (len(group) == most or chunk.first != group[-1].first + group[-1].count):
-            yield group
-            group = []
-        group.append(chunk)
-    if group:
-        yield group

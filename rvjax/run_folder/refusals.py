@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rvjax.errors import IncompleteError
-from rvjax.run_folder.store import PARTS
+from rvjax.run_folder.entry import PARTS
 
 
 @contextmanager

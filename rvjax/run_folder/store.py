@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+import numpy as np
 
 from rvjax.cores import cores
 from rvjax.errors import DamagedError, FolderError, RvjaxError
 from rvjax.run_folder import atomic_files
 from rvjax.run_folder.data_file import DataFile, recognised
+from rvjax.run_folder.entries import EntryRows
+from rvjax.run_folder.entry import PARTS, Entry, Key, Part
 from rvjax.run_folder.journal import NAME as JOURNAL
-from rvjax.run_folder.journal import Journal, head_of
-from rvjax.run_folder.manifest import NAME, Entry, Head, Key, Manifest, Part, digest
+from rvjax.run_folder.journal import Journal, entries_files, head_of
+from rvjax.run_folder.manifest import NAME, Head, Manifest, digest
 from rvjax.run_folder.parquet import same_table
-
-PARTS: tuple[Part, ...] = ("samples", "envelopes", "traces")
-"""The folders of data files."""
+from rvjax.run_folder.stock import compare
 
 
 class Store:
@@ -49,8 +51,9 @@ class Store:
         """
         store = cls.new(root, head_of(root))
         try:
-            store._adopt(name for name in atomic_files.listing(root, PARTS) if Key.of(name))
-            for name in (NAME, JOURNAL):
+            atomic_files.sweep(root, [""])
+            store._adopt(name for name, _ in atomic_files.listing(root, PARTS) if Key.of(name))
+            for name in (NAME, JOURNAL, *entries_files(root)):
                 atomic_files.set_aside(root, name)
             store.fold()
         except BaseException:
@@ -63,9 +66,9 @@ class Store:
         """Whether this process holds the lock."""
         return self._lock is not None
 
-    def keys(self, part: Part) -> list[Key]:
+    def keys(self, part: Part) -> Iterator[Key]:
         """The keys of a part in ascending order."""
-        return sorted(key for key in self.manifest.entries if key.part == part)
+        return (Key(part, int(number)) for number in self.manifest.entries.of_part(part).number)
 
     def claim(self) -> None:
         """Takes the lock and reads the folder again if it was changed. UsageError if another process holds the lock."""
@@ -116,7 +119,9 @@ class Store:
                 atomic_files.sync(folder)
         if not new:
             return
-        entries |= new  # first, so that `fold` has them even if `append` is interrupted
+        if self._journal.due:
+            self.fold()
+        entries.update(new)  # first, so that `fold` has them even if `append` is interrupted
         try:
             self._journal.append(new.values())
         except RvjaxError:
@@ -134,10 +139,10 @@ class Store:
         """The bytes of a data file; DamagedError if they are not the committed bytes."""
         return compared(self.root, entry.file, entry.sha256)
 
-    def verify(self, entries: Sequence[Entry]) -> None:
+    def verify(self, entries: EntryRows) -> None:
         """Verifies many data files in parallel; errors as in `verified`."""
 
-        def read(part: Sequence[Entry]) -> None:
+        def read(part: EntryRows) -> None:
             for entry in part:
                 self.verified(entry)
 
@@ -155,15 +160,16 @@ class Store:
 
     def take_stock(self, requested: int, lanes: int) -> None:
         """Updates the entries to the files on the disk and to the requested samples. lanes: samples of a full chunk."""
-        entries, sizes = self.manifest.entries, atomic_files.listing(self.root, (*PARTS, "figures"))
-        for key, entry in list(entries.items()):
-            if sizes.pop(entry.file, None) != entry.bytes:
-                del entries[key]
-                atomic_files.set_aside(self.root, entry.file)
+        entries = self.manifest.entries
+        atomic_files.sweep(self.root, ("", "figures"))
+        absent, others = compare(entries.rows, atomic_files.listing(self.root, PARTS))
+        for entry in absent:
+            del entries[entry.key]
+            atomic_files.set_aside(self.root, entry.file)
         self.manifest.head.samples = requested
-        self._adopt(name for name in sizes if name.startswith(tuple(f"{part}/" for part in PARTS)))
-        chunks = [entries[key] for key in self.keys("samples")]
-        incomplete = [chunk.number for chunk in chunks if chunk.count < min(lanes, requested - chunk.first)]
+        self._adopt(others)
+        chunks = entries.of_part("samples")
+        incomplete = chunks.number[chunks.samples < np.minimum(lanes, requested - chunks.first)].tolist()
         self.drop([Key(part, number) for part in ("samples", "envelopes") for number in incomplete])
 
     def drop(self, keys: Iterable[Key]) -> None:

@@ -14,8 +14,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from rvjax.run_folder import atomic_files
-from rvjax.run_folder.manifest import Entry
+from rvjax.run_folder.entries import EntryRows
 from rvjax.run_folder.named_arrays import Record
 
 NAME = "judged.parquet"
@@ -77,12 +76,12 @@ class Extract:
             extract._parts[number] = part.set_column(part.schema.get_field_index("outcome"), "outcome", outcome)
         return extract
 
-    def encoded(self, chunks: Sequence[Entry]) -> bytes | None:
+    def encoded(self, chunks: EntryRows) -> bytes | None:
         """The file as bytes; None unless all of these chunks were added."""
-        if not chunks or sorted(self._parts) != [chunk.number for chunk in chunks]:
+        if not self._parts or sorted(self._parts) != chunks.number.tolist():
             return None
         whole = pa.concat_tables([self._parts[number] for number in sorted(self._parts)]).unify_dictionaries().combine_chunks()
-        whole = whole.replace_schema_metadata({_CHUNKS: digest(chunks).encode()})
+        whole = whole.replace_schema_metadata({_CHUNKS: chunks.digest.encode()})
         sink = pa.BufferOutputStream()
         dictionary: Any = ["outcome"]
         pq.write_table(whole, sink, compression="zstd", use_dictionary=dictionary, write_page_checksum=True)
@@ -95,20 +94,15 @@ def _plain(part: pa.Table) -> pa.Table:
     return part.set_column(part.schema.get_field_index("outcome"), "outcome", outcome.cast(outcome.type.value_type))
 
 
-def digest(chunks: Sequence[Entry]) -> str:
-    """The SHA-256 over the SHA-256 of all chunk files."""
-    return atomic_files.sha256("".join(chunk.sha256 for chunk in chunks).encode())
-
-
-def decoded(data: bytes, chunks: Sequence[Entry], names: Sequence[str]) -> tuple[pd.DataFrame, list[int]] | None:
+def decoded(data: bytes, chunks: EntryRows, names: Sequence[str]) -> tuple[pd.DataFrame, list[int]] | None:
     """The columns of all samples and the first row of each chunk; None if the file is of other chunks or lacks a column."""
     try:
         file = pq.ParquetFile(pa.BufferReader(data), page_checksum_verification=True)
         schema = file.schema_arrow
-        if (schema.metadata or {}).get(_CHUNKS, b"").decode() != digest(chunks) or not {*names} <= {*schema.names}:
+        if (schema.metadata or {}).get(_CHUNKS, b"").decode() != chunks.digest or not {*names} <= {*schema.names}:
             return None
         frame = file.read(["sample", "outcome", *names]).to_pandas(strings_to_categorical=True)
     except (pa.ArrowException, OSError):
         return None
-    begins = np.concatenate([[0], np.cumsum([chunk.count for chunk in chunks])[:-1]])
+    begins = np.concatenate([[0], np.cumsum(chunks.samples)[:-1]])
     return frame, begins.tolist()

@@ -10,7 +10,7 @@ import pytest
 from rvjax.errors import FolderError
 from rvjax.run_folder import Audited, RunFolder, atomic_files
 from rvjax.run_folder.journal import _line
-from rvjax.run_folder.manifest import Manifest, _seal
+from rvjax.run_folder.manifest import Document, _seal
 
 from .conftest import create, fly, resume
 
@@ -92,7 +92,7 @@ def test_a_record_that_does_not_add_up_is_none(tmp_path: Path, change: tuple[str
         folder.keep_audit(ONE)
     rewritten(path, change)
     with pytest.raises(FolderError, match="not a manifest"):
-        Manifest.decode(path / "manifest.json", (path / "manifest.json").read_bytes())
+        Document.decode(path / "manifest.json", (path / "manifest.json").read_bytes())
 
 
 def test_it_reads_as_a_sentence() -> None:

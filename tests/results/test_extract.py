@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -70,7 +71,7 @@ def test_one_that_does_not_fit_is_not_used(folder: Path, harm: str, monkeypatch:
         names = ["metric.settling_time_s"] if harm == "of other chunks" else []
         for chunk, frame, _ in opened.tables():
             made.add(chunk, frame.assign(outcome="captured"), names)
-        chunks = [one.model_copy(update={"sha256": "0" * 64}) for one in opened.chunks] if names else opened.chunks
+        chunks = replace(opened.chunks, sha256=0 * opened.chunks.sha256) if names else opened.chunks
         data = made.encoded(chunks)
         assert data is not None
         with opened:

@@ -13,7 +13,7 @@ import pytest
 
 from rvjax.errors import FolderError, IncompleteError
 from rvjax.run_folder import DataFile, RunFolder
-from rvjax.run_folder.manifest import Key
+from rvjax.run_folder.entry import Key
 from tests.disk import Disk, Killed
 
 from .conftest import COLUMNS, chunk, create, history, resume

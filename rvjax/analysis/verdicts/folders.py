@@ -47,7 +47,7 @@ def account_and_verdicts(path: str | Path) -> tuple[Account, tuple[Verdict, ...]
     the others would not keep its promise.
     """
     folder = RunFolder.open(path)
-    if missing := folder.requested - sum(chunk.count for chunk in folder.chunks):
+    if missing := folder.requested - folder.chunks.total:
         raise IncompleteError(
             f"{path}: {missing} of {folder.requested} samples are missing; `rvjax run` with the same --out flies them"
         )

@@ -27,7 +27,7 @@ from rvjax.errors import CampaignError, FolderError
 from rvjax.execution.chunks import STRETCH
 from rvjax.execution.executors.threads import map_in_threads
 from rvjax.run_folder import DataFile, RunFolder
-from rvjax.run_folder.manifest import Key
+from rvjax.run_folder.entry import Key
 from rvjax.search.tuning.space import Space
 from rvjax.simulation import tables
 from rvjax.simulation.batch import LANES, Flyer, devices
