@@ -71,7 +71,7 @@ def report(action: str, root: Path) -> None:
 
 
 def peak_mb() -> float:
-    """The largest memory that this process has held, imports included [MB]; `ru_maxrss` would include the process that began it."""
+    """The largest memory that this process has held, imports included [MB]; `ru_maxrss` includes its parent."""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(float(line.split()[1]) for line in lines if line.startswith("VmHWM:")) / 1024
 

@@ -16,7 +16,8 @@ from rvjax.campaign import Keep, Requirement
 from rvjax.errors import DamagedError, FolderError
 from rvjax.run_folder import verdict_columns
 from rvjax.run_folder.atomic_files import sha256
-from rvjax.run_folder.manifest import Entry, Key
+from rvjax.run_folder.entries import EntryRows
+from rvjax.run_folder.entry import Entry, Key
 from rvjax.run_folder.named_arrays import Record
 from rvjax.run_folder.parquet import decode, encode
 from rvjax.run_folder.samples_table import KEYS
@@ -59,7 +60,7 @@ def entry(chunk: int) -> Entry:
     return Entry(file=Key("samples", chunk).file(digest), sha256=digest, bytes=1, first=chunk * SIZE, count=SIZE)
 
 
-ENTRIES = [entry(number) for number in range(CHUNKS)]
+ENTRIES = EntryRows.of([entry(number) for number in range(CHUNKS)])
 
 
 @pytest.fixture(scope="module")
