@@ -46,6 +46,7 @@ Dask = Annotated[
     str | None, typer.Option("--dask", metavar="WHERE", help="Fly on Dask workers: tcp://scheduler:8786, or local:N processes.")
 ]
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="The run folder; default reports/<name>/<identity>.")]
+TimingsOption = Annotated[bool, typer.Option("--timings", help="Print where the time went; also in summary.json.")]
 
 JunitXml = Annotated[Path | None, typer.Option("--junit-xml", metavar="PATH", help="Also write the verdicts as JUnit XML.")]
 

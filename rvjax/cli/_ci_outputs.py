@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from rvjax.cli._app import reason
 from rvjax.cli._output import Output, say
 from rvjax.errors import FolderError, RvjaxError, UsageError
+from rvjax.timings import phase
 
 if TYPE_CHECKING:
     from rvjax.analysis.baseline import BaselineComparison
@@ -185,10 +186,12 @@ def _why(problem: FolderError) -> str:
 
 def campaign_name(file: Path, values: Sequence[str] = ()) -> str:
     """The name that a campaign file states, also where the campaign is wrong elsewhere; else the name of the file."""
-    from rvjax.campaign.overrides import override
-    from rvjax.campaign.source import read
+    with phase("imports"):
+        from rvjax.campaign.overrides import override
+        from rvjax.campaign.source import read
 
-    stated = (override(read(file), values).value or {}).get("name")
+    with phase("load"):
+        stated = (override(read(file), values).value or {}).get("name")
     return stated if isinstance(stated, str) and stated.strip() else file.stem
 
 

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 from rvjax.cli._ci_outputs import CiOutputs, campaign_name
 from rvjax.cli._output import Output, verdict_documents
 from rvjax.cli._resuming import resumable
+from rvjax.cli._timings import show_timings
 from rvjax.errors import FolderError, RvjaxError
+from rvjax.timings import phase
 
 if TYPE_CHECKING:
     from rvjax.analysis.baseline import BaselineComparison
@@ -27,6 +29,7 @@ def fly_and_judge(
     *,
     dask: str | None = None,
     until_decided: bool = False,
+    timings: bool = False,
 ) -> int:
     """Flies a campaign and prints its verdicts; returns the exit code. When stopped, prints what is kept and how to resume."""
     from rvjax.run_folder import atomic_files
@@ -34,8 +37,14 @@ def fly_and_judge(
     atomic_files.check_folder(out or Path("reports"))
     with ci_outputs.promised(file, campaign_name(file, values), out) as on_folder:
         ci_outputs.expect(file, values, until_decided=until_decided)
-        executor = _executor(dask, output)
-        from rvjax.execution.run import RunOptions, fly
+        flown_at = None if dask is None else _workers(dask, output)  # first: a wrong address is refused at once
+        with phase("imports"):
+            from rvjax.execution.preparation import prepare
+        prepared = prepare(file, values, out)
+        with phase("imports"):  # while LLVM compiles
+            from rvjax import report  # noqa: F401
+            from rvjax.execution.executors.threads import local_threads
+            from rvjax.execution.run import RunOptions, fly
 
         with resumable(output, out) as on_open, output.progress() as on_progress:
 
@@ -45,24 +54,26 @@ def fly_and_judge(
 
             options = RunOptions(
                 command=sys.argv,
-                executor=executor,
+                executor=flown_at or local_threads,
                 until_decided=until_decided,
                 on_progress=on_progress,
                 on_open=opened,
                 on_warnings=output.warnings,
                 on_baseline=lambda name: output.note(f"{name}, on the same draws"),
+                timings=timings,
             )
-            finished = fly(file, out, values, options)
-        return _show(finished, output, ci_outputs, file)
+            finished = fly(file, out, values, options, prepared)
+        with phase("report"):
+            code = _show(finished, output, ci_outputs, file)
+        if timings:
+            show_timings(output)
+        return code
 
 
-def _executor(dask: str | None, output: Output) -> ExecutorFactory:
-    """The threads of this process, or Dask workers."""
-    if dask is None:
-        from rvjax.execution.executors.threads import local_threads
-
-        return local_threads
-    from rvjax.execution.executors.dask_client import parse, workers
+def _workers(dask: str, output: Output) -> ExecutorFactory:
+    """Dask workers."""
+    with phase("imports"):
+        from rvjax.execution.executors.dask_client import parse, workers
 
     return workers(parse(dask), output.note)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rvjax.cli._app import Campaign, Dask, Engine, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, overrides
+from rvjax.cli._app import Campaign, Dask, Engine, Json, JunitXml, Out, Quiet, Samples, Seed, Sets, TimingsOption, overrides
 from rvjax.cli._ci_outputs import CiOutputs
 from rvjax.cli._fly_and_judge import fly_and_judge
 from rvjax.cli._output import Output
@@ -18,9 +18,11 @@ def command(
     engine: Engine = None,
     dask: Dask = None,
     junit_xml: JunitXml = None,
+    timings: TimingsOption = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
     """Fly a campaign, write its report, print the verdicts. Resumes a folder."""
     output = Output(as_json, quiet)
-    return fly_and_judge(file, out, overrides(sets, samples, seed, engine), output, CiOutputs(junit_xml), dask=dask)
+    values = overrides(sets, samples, seed, engine)
+    return fly_and_judge(file, out, values, output, CiOutputs(junit_xml), dask=dask, timings=timings)

@@ -19,6 +19,7 @@ from rvjax.simulation import tables
 from rvjax.simulation.batch import LANES, Flown, Flyer, devices
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
+from rvjax.timings import phase
 
 ENVELOPE_CHUNKS = 5
 """Envelopes over time are kept of the first chunks, up to this number; their samples are drawn like all others."""
@@ -56,13 +57,16 @@ class ChunkRunner:
         """Draws and flies a chunk, and encodes its tables."""
         problem, first = self.problem, chunk * LANES
         lanes = self.flyer.lanes(self._samples(chunk))
-        draws, drawn = Draws.of(problem, np.arange(first, first + lanes, dtype=np.int64))
+        with phase("draw"):
+            draws, drawn = Draws.of(problem, np.arange(first, first + lanes, dtype=np.int64))
         envelope, places = chunk < ENVELOPE_CHUNKS, devices()
         every = _every(problem) if envelope else max(_every(problem), STRETCH)
-        flown = self.flyer.fly(
-            drawn, problem.spec.horizon.steps, every, with_envelope=envelope, device=places[chunk % len(places)]
-        )
-        return ChunkResult(chunk, self._files(chunk, draws, flown))
+        with phase("fly"):
+            flown = self.flyer.fly(
+                drawn, problem.spec.horizon.steps, every, with_envelope=envelope, device=places[chunk % len(places)]
+            )
+        with phase("write"):
+            return ChunkResult(chunk, self._files(chunk, draws, flown))
 
     def _samples(self, chunk: int) -> int:
         return min(LANES, self.problem.spec.samples - chunk * LANES)

@@ -28,17 +28,18 @@ from rvjax.execution.audit import prove, prove_baselines
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import ExecutorFactory
 from rvjax.execution.executors.threads import local_threads, map_in_threads
-from rvjax.execution.identity import PLAN, identity, provenance, short
+from rvjax.execution.identity import PLAN, provenance
+from rvjax.execution.preparation import Prepared, prepare
 from rvjax.execution.progress import OnProgress, PhaseProgress, timed
 from rvjax.execution.progress_display import shown
 from rvjax.execution.replay import Trace, recorded, trace
 from rvjax.run_folder import BASELINES, Account, RunDescription, RunFolder
 from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.run_folder.refusals import leaves_no_folder
-from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.cautions import cautions
-from rvjax.simulation.problem import Problem, baseline_overrides, load
+from rvjax.simulation.problem import Problem, baseline_overrides
+from rvjax.timings import phase, timings
 
 TRACED = 104
 """Flights that are traced together: each takes 400 kB until it is written."""
@@ -57,6 +58,7 @@ class RunOptions:
     needs all samples.
     on_progress: see `OnProgress`. on_open: called with the folder before the first flight. on_baseline: called with the name of
     each baseline controller before it flies. on_warnings: called before that with what is hardly meant in the campaign.
+    timings: record in the run folder where the time of this process went.
     """
 
     command: Sequence[str] = ()
@@ -66,6 +68,7 @@ class RunOptions:
     on_open: Callable[[Path], None] = _ignore
     on_baseline: Callable[[str], None] = _ignore
     on_warnings: Callable[[Sequence[Finding]], None] = _ignore
+    timings: bool = False
 
 
 class FinishedRun(NamedTuple):
@@ -110,15 +113,21 @@ def warn(findings: Sequence[Finding]) -> None:
         warnings.warn(str(finding), CampaignWarning, stacklevel=4)
 
 
-def fly(path: str | Path | Source, out: str | Path | None, overrides: Sequence[str], options: RunOptions) -> FinishedRun:
-    """As `run`, with all options. Baseline controllers of the campaign fly the same draws into `baselines/<name>`."""
-    problem, flown_by = _load(path, overrides)
+def fly(
+    path: str | Path | Source,
+    out: str | Path | None,
+    overrides: Sequence[str],
+    options: RunOptions,
+    prepared: Prepared | None = None,
+) -> FinishedRun:
+    """As `run`, with all options. Baseline controllers of the campaign fly the same draws into `baselines/<name>`. prepared: the
+    campaign, where it was prepared before."""
+    problem, flown_by, place = prepared or prepare(path, overrides, out)
     spec = problem.spec
-    place = Path(out) if out is not None else Path("reports") / spec.name / short(flown_by)
     doubtful = cautions(problem)
     options.on_warnings(doubtful)
     if spec.baselines and not (place / MANIFEST).exists():
-        with timed("audit", options.on_progress):
+        with timed("audit", options.on_progress), phase("audit"):
             prove_baselines(problem)
     with leaves_no_folder(place), _open(problem, flown_by, place, overrides, options, doubtful) as folder:
         options.on_open(place)
@@ -127,15 +136,8 @@ def fly(path: str | Path | Source, out: str | Path | None, overrides: Sequence[s
         for choice in spec.baselines:
             options.on_baseline(choice.name)
             baselines[choice.name] = _fly_baseline(path, choice, folder, overrides, options)
-        _report(folder, results, spec, baselines, options.on_progress)
+        _report(folder, results, spec, baselines, options)
     return FinishedRun(place, results.totals.account(folder.requested), results.verdicts)
-
-
-def _load(path: str | Path | Source, overrides: Sequence[str]) -> tuple[Problem, Mapping[str, Any]]:
-    """The problem of a campaign and its identity, in a process that is configured for its precision."""
-    problem = load(path, overrides)
-    jax_config.configure(problem.spec.precision)
-    return problem, identity(problem)
 
 
 def _fly_baseline(
@@ -143,10 +145,10 @@ def _fly_baseline(
 ) -> Totals:
     """Flies a baseline controller on the draws of the main run, into a run folder inside the main one."""
     overrides = (*overrides, *baseline_overrides(choice), f"samples={main.requested}")
-    problem, flown_by = _load(path, overrides)
-    with _open(problem, flown_by, main.path / BASELINES / choice.name, overrides, options) as folder:
+    problem, flown_by, place = prepare(path, overrides, main.path / BASELINES / choice.name)
+    with _open(problem, flown_by, place, overrides, options) as folder:
         results = _fly_problem(problem, flown_by, folder, options, baseline=True)
-        _report(folder, results, problem.spec, {}, options.on_progress)
+        _report(folder, results, problem.spec, {}, options)
     return results.totals
 
 
@@ -193,7 +195,7 @@ def _fly_problem(
     results = RunAccumulator(spec.require, sampling_design_of(spec), spec.keep)
     folder.quarantine_damaged(["envelopes"])
     if _missing(folder):
-        with timed("audit", options.on_progress):
+        with timed("audit", options.on_progress), phase("audit"):
             folder.keep_audit(prove(problem, runner.flyer, baseline).record)
     flights = PhaseProgress("flights", options.on_progress, runner.steps_flown, spec.horizon.steps, LANES)
     _fly_and_read(runner, folder, results, options, flights)
@@ -202,18 +204,19 @@ def _fly_problem(
             folder.grow(min(spec.samples, _next_look(folder.requested)))
             _fly_missing(runner, folder, results, options, flights)
     flights.end()
-    _keep_traces(runner, folder, wanted(results.totals), options.on_progress)
+    with phase("kept traces"):
+        _keep_traces(runner, folder, wanted(results.totals), options.on_progress)
     return results
 
 
-def _report(
-    folder: RunFolder, results: RunAccumulator, spec: Spec, baselines: Mapping[str, Totals], on_progress: OnProgress
-) -> None:
+def _report(folder: RunFolder, results: RunAccumulator, spec: Spec, baselines: Mapping[str, Totals], options: RunOptions) -> None:
     """Writes the report of a run whose results are at hand."""
-    with timed("report", on_progress):
-        from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
+    with timed("report", options.on_progress), phase("report"):
+        with phase("imports"):
+            from rvjax import report  # plotting takes a second to import: the first chunk shall not wait for it
 
-        report.write(folder, report.assemble_run(folder, results, spec, baselines))
+        run = report.assemble_run(folder, results, spec, baselines)
+        report.write(folder, run, timings=(lambda: timings().document()) if options.timings else None)
 
 
 def _next_look(flown: int) -> int:
@@ -260,8 +263,9 @@ def _fly_and_read(
     while (missing := _missing(folder)) or unread:
         if missing:
             _fly_missing(runner, folder, results, options, flights)
-        for table in folder.read_valid_chunks(sorted(unread.difference(missing))):  # a damaged chunk is missing from then on
-            results.add(*table)
+        with phase("fold"):
+            for table in folder.read_valid_chunks(sorted(unread.difference(missing))):  # a damaged chunk is missing from then on
+                results.add(*table)
         unread.clear()
 
 
@@ -274,12 +278,14 @@ def _fly_missing(
     flights.begin(samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing), total)
 
     def commit(result: ChunkResult) -> None:
-        folder.take_all(result.files)
-        for table in folder.tables([result.chunk]):  # the results are read back from the disk
-            results.add(*table)
+        with phase("write"):
+            folder.take_all(result.files)
+        with phase("fold"):
+            for table in folder.tables([result.chunk]):  # the results are read back from the disk
+                results.add(*table)
         flights.count(result.samples)
 
-    with options.executor(runner, folder) as executor:
+    with phase("fly"), options.executor(runner, folder) as executor:
         executor.fly(missing, commit, flights.look)
 
 

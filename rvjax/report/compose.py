@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -31,15 +31,20 @@ def build(folder: str | Path) -> Path:
     return write(run_folder, open_run(folder))
 
 
-def write(folder: RunFolder, run: Run) -> Path:
-    """Writes the report of an opened run into its folder and returns the path of `report.html`. It reads no samples."""
+def write(folder: RunFolder, run: Run, timings: Callable[[], Mapping[str, Any]] | None = None) -> Path:
+    """Writes the report of an opened run into its folder and returns the path of `report.html`. It reads no samples.
+
+    timings: of the process so far, for the run folder and `summary.json`.
+    """
     top = headline(run)
     shown, pictures = render(folder, lambda: sections(run))
     if run.extract is not None:
         folder.write_bytes(verdict_columns.NAME, run.extract)
-    folder.write_summary(summary(run, top, shown))
     folder.write_text("report.md", markdown.page(top, shown))
     page = folder.write_text("report.html", html.page(top, shown, pictures))
+    if timings is not None:
+        folder.keep_timings(timings())
+    folder.write_summary(summary(run, top, shown) | folder.timings)
     folder.seal()
     return page
 

@@ -15,6 +15,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from rvjax.report.blocks import Drawing, Section
 from rvjax.report.plotting import STYLE
 from rvjax.run_folder import RunFolder
+from rvjax.timings import phase
 
 _REFERENCE = re.compile(r'(\bid="|\bhref="#|url\(#)')
 
@@ -32,7 +33,8 @@ def render(folder: RunFolder, make: Callable[[], Sequence[Section]]) -> tuple[Se
     """Makes sections in the style of the report and writes their figures into a folder → (sections, pictures by name)."""
     with matplotlib.rc_context(STYLE):
         sections = make()
-        pictures = {drawing.name: draw(drawing) for section in sections for drawing in section.drawings}
+        with phase("figures"):
+            pictures = {drawing.name: draw(drawing) for section in sections for drawing in section.drawings}
     for name, picture in pictures.items():
         folder.write_text(f"figures/{name}.svg", picture.svg)
         folder.write_bytes(f"figures/{name}.png", picture.png)

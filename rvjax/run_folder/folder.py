@@ -181,6 +181,16 @@ class RunFolder:
         """The result of the audit before the first flight; None if it was not recorded."""
         return self._store.manifest.head.audit
 
+    @property
+    def timings(self) -> dict[str, Any]:
+        """`timings` with the seconds of the phases of the run, if they were recorded; else nothing."""
+        return {name: self.provenance[name] for name in ("timings",) if name in self.provenance}
+
+    def keep_timings(self, timings: Mapping[str, Any]) -> None:
+        """Records the seconds of the phases of the run; on the disk when the folder is closed."""
+        self._store.claim()
+        self.provenance["timings"] = plain(timings)
+
     def keep_audit(self, audit: Audited) -> None:
         """Records the result of the audit, replacing an older result: on the disk on return."""
         self._store.claim()

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy  # pyright: ignore[reportMissingTypeStubs]  # imports `special` when it is first used: a fifth of a second
 from numpy.typing import ArrayLike, NDArray
-from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 STRIDE = 8
 """Ratio of the strides of two successive passes of `largest`."""
@@ -20,15 +20,17 @@ def binomial_cdf(k: ArrayLike, n: ArrayLike, p: ArrayLike) -> NDArray[np.float64
     """P(Bin(n, p) <= k) = I_{1-p}(n - k, k + 1), for any k; broadcasts."""
     count, size = np.asarray(k, dtype=float), np.asarray(n, dtype=float)
     inside = (count >= 0) & (count < size)
-    below = special.betainc(np.where(inside, size - count, 1.0), np.where(inside, count, 0.0) + 1, 1 - np.asarray(p, dtype=float))
+    below = scipy.special.betainc(
+        np.where(inside, size - count, 1.0), np.where(inside, count, 0.0) + 1, 1 - np.asarray(p, dtype=float)
+    )
     return np.where(inside, below, count >= 0)
 
 
 def binomial_pmf(n: int, p: float) -> NDArray[np.float64]:
     """P(Bin(n, p) = k) for k = 0..n, from logarithms: only probabilities below 1e-308 become 0."""
     k = np.arange(n + 1.0)
-    chosen = -special.betaln(n - k + 1, k + 1) - np.log(n + 1)
-    law = np.exp(chosen + special.xlogy(k, p) + special.xlog1py(n - k, -p))
+    chosen = -scipy.special.betaln(n - k + 1, k + 1) - np.log(n + 1)
+    law = np.exp(chosen + scipy.special.xlogy(k, p) + scipy.special.xlog1py(n - k, -p))
     return law / law.sum()
 
 

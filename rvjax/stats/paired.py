@@ -14,8 +14,8 @@ import math
 from typing import Literal, NamedTuple
 
 import numpy as np
+import scipy  # pyright: ignore[reportMissingTypeStubs]  # imports `special` when it is first used: a fifth of a second
 from numpy.typing import ArrayLike, NDArray
-from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.stats._binomial import binomial_cdf, check_share, invalid, whole
 from rvjax.stats.binomial import Estimate, wilson
@@ -76,7 +76,7 @@ def log_e_paired(only_a: ArrayLike, only_b: ArrayLike) -> NDArray[np.float64]:
     Robbins (1970).
     """
     b, c = np.broadcast_arrays(whole("only_a", only_a), whole("only_b", only_b))
-    return np.asarray(special.betaln(b + 1.0, c + 1.0) + (b + c) * math.log(2))
+    return np.asarray(scipy.special.betaln(b + 1.0, c + 1.0) + (b + c) * math.log(2))
 
 
 def newcombe(pairs: Pairs, confidence: float = 0.95) -> Estimate:
@@ -113,7 +113,7 @@ def tango(pairs: Pairs, confidence: float = 0.95) -> Estimate:
     check_share("confidence", confidence)
     if not n:
         return Estimate(math.nan, -1.0, 1.0, 0, confidence, method)
-    z, d = float(special.ndtri((1 + confidence) / 2)), (f - g) / n
+    z, d = float(scipy.special.ndtri((1 + confidence) / 2)), (f - g) / n
 
     def end(inside: float, outside: float) -> float:
         """The point between d and the end of the scale at which |z| reaches its limit."""
@@ -135,7 +135,7 @@ def noninferiority(pairs: Pairs, margin: float) -> float:
     """
     check_share("margin", margin)
     _, f, g, _ = _checked(pairs)
-    return float(special.ndtr(-_score(f, g, pairs.n, -margin))) if pairs.n else 1.0
+    return float(scipy.special.ndtr(-_score(f, g, pairs.n, -margin))) if pairs.n else 1.0
 
 
 def _score(f: int, g: int, n: int, t: float) -> float:

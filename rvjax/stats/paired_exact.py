@@ -15,8 +15,8 @@ Sources: G. A. Barnard, Biometrika 34 (1947) 123; T. Tango, Stat. Med. 17 (1998)
 from __future__ import annotations
 
 import numpy as np
+import scipy  # pyright: ignore[reportMissingTypeStubs]  # imports `special` when it is first used: a fifth of a second
 from numpy.typing import NDArray
-from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.stats._binomial import binomial_cdf, check_share
 from rvjax.stats.paired import Pairs
@@ -63,7 +63,9 @@ def _p_value(pairs: Pairs, margin: float, worse: bool) -> float:
     def probability(q: float) -> float:
         middle, reach = n * q, REACH * np.sqrt(n * q * (1.0 - q)) + REACH**2
         f = np.arange(max(0, int(middle - reach)), min(n, int(middle + reach)) + 1)
-        weight = np.exp(special.gammaln(n + 1) - special.gammaln(f + 1) - special.gammaln(n - f + 1) + _powers(f, n - f, q))
+        weight = np.exp(
+            scipy.special.gammaln(n + 1) - scipy.special.gammaln(f + 1) - scipy.special.gammaln(n - f + 1) + _powers(f, n - f, q)
+        )
         inside = binomial_cdf(most[f], n - f, min((q + margin) / (1.0 - q), 1.0))
         return float(np.sum(weight * ((1.0 - inside) if worse else inside)))
 
@@ -108,4 +110,4 @@ def _scores(f: NDArray[np.int64], g: NDArray[np.int64], n: int, margin: float) -
 
 def _powers(k: NDArray[np.int64], rest: NDArray[np.int64], q: float) -> Values:
     """ln(q^k (1 - q)^rest), with 0^0 = 1."""
-    return special.xlogy(k, q) + special.xlog1py(rest, -q)
+    return scipy.special.xlogy(k, q) + scipy.special.xlog1py(rest, -q)

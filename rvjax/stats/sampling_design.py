@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+import scipy  # pyright: ignore[reportMissingTypeStubs]  # imports `special` when it is first used: a fifth of a second
 from numpy.typing import ArrayLike, NDArray
-from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax import stats
 from rvjax.stats import Estimate
@@ -63,7 +63,7 @@ class Independent:
         if r is None:
             return Estimate(0.0, -1.0, 1.0, x.size, confidence, method)
         centre = math.atanh(min(max(r, -1 + 1e-12), 1 - 1e-12))
-        half = float(special.ndtri((1 + confidence) / 2)) * math.sqrt((1 + r * r / 2) / (x.size - 3))
+        half = float(scipy.special.ndtri((1 + confidence) / 2)) * math.sqrt((1 + r * r / 2) / (x.size - 3))
         low, high = math.tanh(centre - half), math.tanh(centre + half)
         return Estimate(r, min(low, r), max(high, r), x.size, confidence, method)
 

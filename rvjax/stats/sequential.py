@@ -11,8 +11,8 @@ A. Wald, Ann. Math. Stat. 16 (1945) 117 (ratio test).
 from __future__ import annotations
 
 import numpy as np
+import scipy  # pyright: ignore[reportMissingTypeStubs]  # imports `special` when it is first used: a fifth of a second
 from numpy.typing import ArrayLike, NDArray
-from scipy import special  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.stats._binomial import check_share, invalid, largest, whole
 from rvjax.stats.boundary_crossing import Boundary
@@ -104,11 +104,11 @@ def _log_e(n: NDArray[np.int64], failures: NDArray[np.int64], p0: float) -> NDAr
     """log_e_pass without its checks: B(a, b) I_q(a, b) / (B(1/2, 1/2) I_q(1/2, 1/2) q^f p0^s), q = 1 - p0, a = f + 1/2."""
     q = 1 - p0
     a, b = np.asarray(failures + 0.5, dtype=float), np.asarray(n - failures + 0.5, dtype=float)
-    prior = np.log(special.betainc(0.5, 0.5, q)) + np.log(np.pi)
-    tail = special.betainc(a, b, q)
+    prior = np.log(scipy.special.betainc(0.5, 0.5, q)) + np.log(np.pi)
+    tail = scipy.special.betainc(a, b, q)
     likelihood = failures * np.log(q) + (n - failures) * np.log(p0)
     with np.errstate(divide="ignore"):
-        result = special.betaln(a, b) + np.log(tail) - likelihood - prior
+        result = scipy.special.betaln(a, b) + np.log(tail) - likelihood - prior
     small = tail < SMALL
     if np.any(small):
         # here q^f p0^s cancels against the head of the tail, q^a p0^b / (a B(a, b)) x fraction

@@ -19,6 +19,7 @@ WITHOUT_NUMBERS = {
     "errors.py": "messages",
     "cores.py": "the number of cores; which core flies a chunk changes no bit",
     "columns.py": "names, units and meanings of columns",
+    "timings.py": "where the time goes",
     "components/effect.py": "says which inputs do nothing; no flight looks at it",
     "components/installed_code.py": "says which code of an installed package a process executes",
     "components/registry.py": "finds a member by its name",

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import scipy  # pyright: ignore[reportMissingTypeStubs]  # imports `special` when it is first used: a fifth of a second
 from numpy.typing import ArrayLike
-from scipy.special import betainc  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.campaign.distributions.interface import Array, array, between, ordered, positive
 from rvjax.elementary import exp, log
@@ -123,7 +123,7 @@ class Beta:
         return np.clip(np.where(z < 0.5, self.low + width * z, self.high - width * rest), self.low, self.high)
 
     def cdf(self, x: ArrayLike) -> Array:
-        return array(betainc(self.a, self.b, np.clip((array(x) - self.low) / (self.high - self.low), 0.0, 1.0)))
+        return array(scipy.special.betainc(self.a, self.b, np.clip((array(x) - self.low) / (self.high - self.low), 0.0, 1.0)))
 
     def scaled(self, factor: float) -> Beta:
         return Beta(self.a, self.b, self.low * factor, self.high * factor)

@@ -11,8 +11,8 @@ from itertools import accumulate
 from typing import ClassVar
 
 import numpy as np
+import scipy  # pyright: ignore[reportMissingTypeStubs]  # imports `special` when it is first used: a fifth of a second
 from numpy.typing import ArrayLike
-from scipy.special import pdtr  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.campaign.distributions.interface import Array, array, between, positive
 
@@ -138,7 +138,7 @@ class Poisson:
 
     def cdf(self, x: ArrayLike) -> Array:
         k = np.floor(array(x) / self.step * (1.0 + 1e-15))
-        return np.where(k < 0.0, 0.0, pdtr(np.maximum(k, 0.0), self.mean))
+        return np.where(k < 0.0, 0.0, scipy.special.pdtr(np.maximum(k, 0.0), self.mean))
 
     def scaled(self, factor: float) -> Poisson:
         return Poisson(self.mean, self.step * factor)

@@ -54,6 +54,10 @@ class Engine(Protocol):
         """What the bits of its flights depend on, besides numbers and code. drawn: numbers of some samples."""
         ...
 
+    def prepare(self, drawn: Drawn, steps: int) -> None:
+        """Begins to compile what takes longest, in the background, where that is possible. steps: of single samples, to come."""
+        ...
+
     def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> Chunk:
         """A chunk at t = 0. drawn: host numbers, each of shape (lanes,). steps: how many it will fly, as far as that is known."""
         ...

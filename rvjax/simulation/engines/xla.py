@@ -17,6 +17,7 @@ from rvjax.simulation import closed_loop, flight, jax_config
 from rvjax.simulation.closed_loop import Drawn, Loop
 from rvjax.simulation.engines.interface import Device
 from rvjax.simulation.flight import Carry, EnvelopePoint
+from rvjax.timings import phase
 
 
 class Programs(NamedTuple):
@@ -56,6 +57,10 @@ class XlaEngine:
         del drawn
         return {"engine": self.name, **jax_config.settings()}
 
+    def prepare(self, drawn: Drawn, steps: int) -> None:
+        """Nothing: it compiles for a number of lanes and a device, in the background while it traces."""
+        del drawn, steps
+
     def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> XlaChunk:
         """A chunk at t = 0, on a device; the first by default."""
         del steps
@@ -71,17 +76,21 @@ class XlaEngine:
         key = (device, structure, rows.shape, rows.dtype)
         with self._compiling:
             if key not in self._programs:
-                begin = self._begin.lower(structure, rows)
-                numbers, carry = jax.tree.map(
-                    lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype, sharding=rows.sharding), begin.out_info
-                )
-                with ThreadPoolExecutor(len(Programs._fields)) as threads:
-                    first = threads.submit(begin.compile)
-                    advance = threads.submit(self._advance.lower(numbers, carry, 0, 0).compile)
-                    point = threads.submit(self._envelope_point.lower(numbers, carry, 0).compile)
-                    finish = threads.submit(self._finish.lower(numbers, carry, 0).compile)
-                self._programs[key] = Programs(first.result(), advance.result(), point.result(), finish.result())
+                self._programs[key] = self._compile(structure, rows)
             return self._programs[key]
+
+    def _compile(self, structure: Any, rows: Any) -> Programs:
+        with phase("compile"):
+            begin = self._begin.lower(structure, rows)
+            numbers, carry = jax.tree.map(
+                lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype, sharding=rows.sharding), begin.out_info
+            )
+            with ThreadPoolExecutor(len(Programs._fields)) as threads:
+                first = threads.submit(begin.compile)
+                advance = threads.submit(self._advance.lower(numbers, carry, 0, 0).compile)
+                point = threads.submit(self._envelope_point.lower(numbers, carry, 0).compile)
+                finish = threads.submit(self._finish.lower(numbers, carry, 0).compile)
+            return Programs(first.result(), advance.result(), point.result(), finish.result())
 
 
 class XlaChunk:

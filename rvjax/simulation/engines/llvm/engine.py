@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
-from threading import Lock, RLock
+from threading import Lock, RLock, Thread
 from typing import Any, NamedTuple
 
 import jax
@@ -24,6 +25,7 @@ from rvjax.simulation.engines.llvm.machine_code import Function, Target, blocks,
 from rvjax.simulation.engines.llvm.program import Program
 from rvjax.simulation.engines.llvm.text import Kernel
 from rvjax.simulation.flight import Carry, EnvelopePoint
+from rvjax.timings import phase
 
 EMITTER = 1
 """Version of the way from a jaxpr to machine code: another number where a flight gets other bits."""
@@ -64,8 +66,8 @@ class Flight:
         self._k = jax.ShapeDtypeStruct((), jnp.int32)
         self._traced: dict[str, Traced] = {}
         self._compiled: dict[tuple[str, int], Function] = {}
-        self._expected = 0
-        self._lock = RLock()
+        self._announced = self._begun = 0
+        self._tracing, self._compiling = RLock(), RLock()
 
     @property
     def carry(self) -> Carry:
@@ -74,33 +76,45 @@ class Flight:
 
     def traced(self, name: str) -> Traced:
         """A function as a scalar program. Errors: UnsupportedError."""
-        with self._lock:
+        with self._tracing:
             if name not in self._traced:
                 function, stepped = self._functions[name]
                 given = (self.numbers, self.carry, self._k) if stepped else (self.numbers,)
-                self._traced[name] = Traced(*scalarised(function, *given, step=stepped))
+                with phase("trace"):
+                    self._traced[name] = Traced(*scalarised(function, *given, step=stepped))
             return self._traced[name]
 
-    def expect(self, steps: int) -> None:
-        """Steps of single samples that are to come."""
-        with self._lock:
-            self._expected += steps
+    def count_begun(self, steps: int) -> None:
+        """Counts the steps of single samples of a chunk that begins."""
+        with self._compiling:
+            self._begun += steps
+
+    def prepare(self, steps: int) -> None:
+        """Compiles the step in a thread. steps: of single samples, to come. An error comes again where the step is needed."""
+
+        def compile_step() -> None:
+            with suppress(Exception):
+                self.function("advance")
+
+        self.traced("advance")
+        self._announced = max(self._announced, steps)
+        Thread(target=compile_step).start()  # no daemon: LLVM must not be at work when the process ends
 
     def function(self, name: str) -> Function:
         """The machine code of a function: optimised for the steps of flights that last, else compiled as fast as possible."""
-        with self._lock:
-            level = 2 if name == "advance" and self._expected >= PAYS else 0
+        with self._compiling:
+            level = 2 if name == "advance" and max(self._announced, self._begun) >= PAYS else 0
             if (name, level) not in self._compiled:
-                in_place = name in ("begin", "advance")
                 kernel = Kernel(
                     self.traced(name).program,
                     numbers=count(self.numbers),
                     carry=0 if name == "begin" else count(self.carry),
                     lanes=self.lanes,
                     real=self.real,
-                    out=self.real if in_place else np.dtype(np.float64),
+                    out=self.real if name in ("begin", "advance") else np.dtype(np.float64),
                 )
-                self._compiled[name, level] = Function(kernel, self.target, level)
+                with phase("compile"):
+                    self._compiled[name, level] = Function(kernel, self.target, level)
             return self._compiled[name, level]
 
     def digest(self) -> str:
@@ -134,12 +148,16 @@ class LlvmEngine:
         """The precision and the digest of the program: nothing of the machine."""
         return {"engine": self.name, "precision": jax_config.precision(), "program": self.flight(drawn).digest()}
 
+    def prepare(self, drawn: Drawn, steps: int) -> None:
+        """Begins to compile the step in a thread."""
+        self.flight(drawn).prepare(steps)
+
     def begin(self, drawn: Drawn, device: Device | None = None, steps: int = 0) -> LlvmChunk:
         """A chunk at t = 0, on this processor."""
         del device
         functions = self.flight(drawn)
         chunk = LlvmChunk(functions, drawn)
-        functions.expect(chunk.samples * steps)
+        functions.count_begun(chunk.samples * steps)
         return chunk
 
 
