@@ -19,25 +19,26 @@ from rvjax.run_folder import RunFolder, verdict_columns
 FORMAT = 1
 
 
-def build(folder: str | Path) -> Path:
-    """Writes the report of a run folder or of a tuning folder, and returns the path of `report.html`.
+def build(folder: str | Path, png: bool = False) -> Path:
+    """Writes the report of a run folder or of a tuning folder, and returns the path of `report.html`. png: also write the figures
+    as PNG files.
 
     Raises FolderError if the folder is not a run folder or is damaged, and IncompleteError if no chunk is finished or the disk
     is full. A column that the samples table lacks is no error: the report says so in a sentence.
     """
     run_folder = RunFolder.open(folder)
     if SEARCH in run_folder.identity:
-        return tuning_report.build(run_folder)
-    return write(run_folder, open_run(folder))
+        return tuning_report.build(run_folder, png)
+    return write(run_folder, open_run(folder), png=png)
 
 
-def write(folder: RunFolder, run: Run, timings: Callable[[], Mapping[str, Any]] | None = None) -> Path:
+def write(folder: RunFolder, run: Run, timings: Callable[[], Mapping[str, Any]] | None = None, png: bool = False) -> Path:
     """Writes the report of an opened run into its folder and returns the path of `report.html`. It reads no samples.
 
-    timings: of the process so far, for the run folder and `summary.json`.
+    timings: of the process so far, for the run folder and `summary.json`. png: also write the figures as PNG files.
     """
     top = headline(run)
-    shown, pictures = render(folder, lambda: sections(run))
+    shown, pictures = render(folder, lambda: sections(run), png)
     if run.extract is not None:
         folder.write_bytes(verdict_columns.NAME, run.extract)
     folder.write_text("report.md", markdown.page(top, shown))

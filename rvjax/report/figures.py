@@ -1,4 +1,4 @@
-"""Figures as SVG and PNG. The same figure gives the same bytes."""
+"""Figures as SVG, and as PNG where that is asked for. The same figure gives the same bytes."""
 
 from __future__ import annotations
 
@@ -13,43 +13,54 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 
 from rvjax.report.blocks import Drawing, Section
-from rvjax.report.plotting import STYLE
+from rvjax.report.plotting import STYLE, arrange
 from rvjax.run_folder import RunFolder
 from rvjax.timings import phase
 
 _REFERENCE = re.compile(r'(\bid="|\bhref="#|url\(#)')
 
 
+PIXELS_PER_INCH = 160
+"""Of a PNG file."""
+
+
 @dataclass(frozen=True)
 class Picture:
-    """A rendered figure. svg: a document; inline: the <svg> element for use inside HTML; png: at 160 dpi."""
+    """A rendered figure. svg: a document; inline: the <svg> element for use inside HTML; png: empty unless asked for."""
 
     svg: str
     inline: str
     png: bytes
 
 
-def render(folder: RunFolder, make: Callable[[], Sequence[Section]]) -> tuple[Sequence[Section], dict[str, Picture]]:
-    """Makes sections in the style of the report and writes their figures into a folder → (sections, pictures by name)."""
+def render(
+    folder: RunFolder, make: Callable[[], Sequence[Section]], png: bool = False
+) -> tuple[Sequence[Section], dict[str, Picture]]:
+    """Makes sections in the style of the report and writes their figures into a folder → (sections, pictures by name). png: also
+    as PNG files."""
     with matplotlib.rc_context(STYLE):
         sections = make()
         with phase("figures"):
-            pictures = {drawing.name: draw(drawing) for section in sections for drawing in section.drawings}
+            pictures = {drawing.name: draw(drawing, png) for section in sections for drawing in section.drawings}
     for name, picture in pictures.items():
         folder.write_text(f"figures/{name}.svg", picture.svg)
-        folder.write_bytes(f"figures/{name}.png", picture.png)
+        if png:
+            folder.write_bytes(f"figures/{name}.png", picture.png)
     return sections, pictures
 
 
-def draw(drawing: Drawing) -> Picture:
-    """Renders a figure in both formats; its name makes the ids of the SVG unique on the page."""
-    vector, pixels = io.StringIO(), io.BytesIO()
+def draw(drawing: Drawing, png: bool = False) -> Picture:
+    """Renders a figure; its name makes the ids of the SVG unique on the page. png: also as PNG."""
+    vector, pixels, figure = io.StringIO(), io.BytesIO(), drawing.figure
     no_metadata = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with matplotlib.rc_context({"svg.hashsalt": drawing.name}), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")  # such a glyph is drawn as a box
-        FigureCanvasAgg(drawing.figure).print_png(pixels, metadata={"Software": None})
-        drawing.figure.set_layout_engine("none")  # keep the layout of the first format
-        FigureCanvasSVG(drawing.figure).print_svg(vector, metadata=no_metadata)
+        FigureCanvasAgg(figure)  # it measures the labels
+        arrange(figure)
+        FigureCanvasSVG(figure).print_svg(vector, metadata=no_metadata)
+        if png:
+            figure.set_dpi(PIXELS_PER_INCH)
+            FigureCanvasAgg(figure).print_png(pixels, metadata={"Software": None})
     svg = vector.getvalue()
     return Picture(svg, _inline(svg, drawing.name), pixels.getvalue())
 

@@ -36,7 +36,7 @@ def _body(section: Section) -> Iterator[str]:
         if isinstance(block, Table):
             yield f"{text(block.caption)}\n\n{_table(block)}"
         elif isinstance(block, Drawing):
-            yield f"![{text(block.caption)}](figures/{block.name}.png)"
+            yield f"![{text(block.caption)}](figures/{block.name}.svg)"
         else:
             yield text(block)
 

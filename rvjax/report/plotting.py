@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -56,7 +56,7 @@ STYLE: Any = {
     "legend.frameon": False,
     "legend.fontsize": 8.5,
     "lines.linewidth": 1.6,
-    "figure.dpi": 160,
+    "figure.dpi": 72,
     "svg.fonttype": "path",
 }
 WIDTH = 9.2
@@ -69,6 +69,28 @@ _BEYOND = 2.0**40
 bucket edge of the sketch."""
 
 
+def shared_legend(figure: Figure, entries: Mapping[str, Any], columns: int) -> None:
+    """A legend above all axes. entries: what is drawn, by label."""
+    figure.legend(
+        entries.values(), entries.keys(), loc="upper center", bbox_to_anchor=(0.5, 1.0), borderaxespad=0.2, ncols=columns
+    )
+
+
+def labelled(axis: Axes) -> dict[str, Any]:
+    """What the axes draw, by label."""
+    handles, labels = axis.get_legend_handles_labels()
+    return dict(zip(labels, handles, strict=True))
+
+
+def arrange(figure: Figure) -> None:
+    """Places the axes so that no label is cut off or hidden, below the legend of the figure."""
+    top = 1.0
+    if figure.legends:
+        rows = math.ceil(len(figure.legends[0].legend_handles) / figure.legends[0]._ncols)  # pyright: ignore[reportAttributeAccessIssue]
+        top -= (0.1 + 0.2 * rows) / figure.get_figheight()
+    figure.tight_layout(pad=0.3, h_pad=0.8, w_pad=0.8, rect=(0.0, 0.0, 1.0, top))
+
+
 def legend(axis: Axes, **options: Any) -> None:
     """A legend where it hides least; none where nothing is drawn that has a label."""
     if axis.get_legend_handles_labels()[1]:
@@ -77,7 +99,7 @@ def legend(axis: Axes, **options: Any) -> None:
 
 def axes(rows: int, columns: int, height: float, **subplots: Any) -> tuple[Figure, list[Axes]]:
     """A figure with rows × columns axes, in reading order; height in inches."""
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    figure = Figure(figsize=(WIDTH, height))
     grid = figure.subplots(rows, columns, squeeze=False, **subplots)
     return figure, [axis for row in grid for axis in row]
 

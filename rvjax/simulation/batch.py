@@ -10,8 +10,9 @@ everything once per core (docs/performance.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import CancelledError
+from contextlib import contextmanager
 from functools import partial
 from itertools import pairwise
 from threading import Event, Lock
@@ -60,7 +61,7 @@ class Flyer:
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
         self._stopped = Event()
-        self._steps, self._counting = 0, Lock()
+        self._steps, self._flying, self._counting = 0, 0, Lock()
 
     @classmethod
     def of(cls, problem: Problem) -> Flyer:
@@ -87,7 +88,6 @@ class Flyer:
         with_envelope: keep the points of the envelopes. trace: positions of the samples whose observed steps are kept. device:
         the first by default. Raises CancelledError after `stop`.
         """
-        flying = self.engine.begin(drawn, device, steps)
         envelope: list[EnvelopePoint] = []
         kept: list[Step] = []
         chosen = np.asarray(trace, dtype=np.int64)
@@ -98,16 +98,18 @@ class Flyer:
             if len(chosen):
                 kept.append(jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], flying.observe(k)))
 
-        for first in range(0, steps, every):
-            if self._stopped.is_set():
-                raise CancelledError
-            observe(first)
-            last = min(first + every, steps)
-            flying.advance(first, last)
-            with self._counting:
-                self._steps += last - first
-        observe(steps)
-        values, lost = flying.finish(steps)
+        with self._counted():
+            flying = self.engine.begin(drawn, device, steps)
+            for first in range(0, steps, every):
+                if self._stopped.is_set():
+                    raise CancelledError
+                observe(first)
+                last = min(first + every, steps)
+                flying.advance(first, last, self._threads())
+                with self._counting:
+                    self._steps += last - first
+            observe(steps)
+            values, lost = flying.finish(steps)
         host = partial(np.asarray, dtype=np.float64)
         return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, envelope), kept)
 
@@ -119,11 +121,27 @@ class Flyer:
     def watch(self, drawn: Drawn, instants: Sequence[int], look: Callable[[Drawn, Carry], bool]) -> None:
         """Flies a chunk and calls look(numbers, carry) at these steps, with the numbers of the compiled program. It ends where
         `look` returns False."""
-        flying = self.engine.begin(drawn, steps=max(instants, default=0))
-        for first, last in pairwise((0, *instants)):
-            flying.advance(first, last)
-            if not look(*flying.numbers_and_carry()):
-                break
+        with self._counted():
+            flying = self.engine.begin(drawn, steps=max(instants, default=0))
+            for first, last in pairwise((0, *instants)):
+                flying.advance(first, last, self._threads())
+                if not look(*flying.numbers_and_carry()):
+                    break
+
+    @contextmanager
+    def _counted(self) -> Generator[None, None, None]:
+        """A chunk is in flight."""
+        with self._counting:
+            self._flying += 1
+        try:
+            yield
+        finally:
+            with self._counting:
+                self._flying -= 1
+
+    def _threads(self) -> int:
+        """Threads for a chunk: where fewer chunks than cores are in flight, as at the end of a run, a chunk flies on several."""
+        return max(1, cores() // max(1, self._flying))
 
     def stop(self) -> None:
         """Ends all flights of this flyer soon, in all threads."""

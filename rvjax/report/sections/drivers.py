@@ -88,6 +88,6 @@ def _figure(run: Run, correlations: dict[str, dict[str, Estimate | Observed]], l
     axis.set_ylim(len(leading) - 0.5, -0.5)
     axis.set_xlim(-1, 1)
     axis.set_xlabel("rank correlation")
-    figure.legend(loc="outside upper center", ncols=2)
+    plotting.shared_legend(figure, plotting.labelled(axis), 2)
     text = f"Rank correlations, strongest first{run.design.words(', with simultaneous intervals')}.{run.head_note}"
     return Drawing("drivers", text, figure)

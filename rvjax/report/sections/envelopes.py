@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from rvjax.columns import CHANNELS
@@ -51,7 +52,7 @@ def _norm_figure(run: Run, table: pd.DataFrame) -> Drawing:
         axis.set_title(capital(words))
         axis.set_ylabel(axis_label(symbol, unit))
         _marks(axis, run, table)
-    _finish(panels, 2)
+    _finish(figure, panels, 2)
     return Drawing("envelopes", _caption("Errors and rates", run, table), figure)
 
 
@@ -68,7 +69,7 @@ def _wrench_figure(run: Run, table: pd.DataFrame) -> Drawing:
         axis.set_title(capital(channel(name)))
         axis.set_ylabel("N" if name.startswith("f") else "N·m")
         _marks(axis, run, table)
-    _finish(panels, 3)
+    _finish(figure, panels, 3)
     low, high = run.spec.actuators.spread.supports[0]
     text = _caption("Commanded wrench h(v) with its nominal limits", run, table)
     if high > low:
@@ -121,13 +122,12 @@ def _marks(axis: Axes, run: Run, table: pd.DataFrame) -> None:
         axis.plot(lost, np.full(len(lost), 0.94), "x", color=plotting.RED, mew=1.5, transform=across, label="flight diverged")
 
 
-def _finish(panels: list[Axes], columns: int) -> None:
+def _finish(figure: Figure, panels: list[Axes], columns: int) -> None:
     """Time labels under the lowest axes, and a common legend above all axes."""
     for axis in panels[-columns:]:
         axis.set_xlabel("time, s")
-    handles, labels = panels[0].get_legend_handles_labels()
-    unique = dict(zip(labels, handles, strict=True))
-    panels[0].figure.legend(unique.values(), unique.keys(), loc="outside upper center", ncols=len(unique))
+    entries = plotting.labelled(panels[0])
+    plotting.shared_legend(figure, entries, len(entries))
 
 
 def _caption(what: str, run: Run, table: pd.DataFrame) -> str:

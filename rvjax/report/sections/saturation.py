@@ -96,7 +96,7 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
         rows.append((capital(channel(name)), *(_cell(f"{stem}.{name}", part, estimate) for part, estimate in enumerate(most))))
     for axis in panels[len(severe) :]:
         axis.set_axis_off()
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    plotting.shared_legend(figure, plotting.labelled(panels[0]), 3)
     bars = f" with {percent(CONFIDENCE)} confidence intervals"
     dots = len(range(0, len(run.head), every))
     drawn = (

@@ -79,7 +79,7 @@ def _error_figure(run: Run, names: list[str]) -> Drawing:
         axis.set_xlabel(axis_label(kind, unit))
     for axis in panels[len(kinds) :]:
         axis.set_axis_off()
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    plotting.shared_legend(figure, plotting.labelled(panels[0]), 2)
     return Drawing("errors", f"Distribution functions of the remaining errors. {_band(run)}", figure)
 
 

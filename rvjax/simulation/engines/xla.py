@@ -100,8 +100,9 @@ class XlaChunk:
         self._programs, self._observe = programs, observe
         self._numbers, self._carry = numbers, carry
 
-    def advance(self, first: int, last: int) -> None:
-        """Flies from step `first` to step `last`."""
+    def advance(self, first: int, last: int, threads: int = 1) -> None:
+        """Flies from step `first` to step `last`. XLA decides on threads."""
+        del threads
         self._carry = jax.block_until_ready(self._programs.advance(self._numbers, self._carry, first, last))
 
     def envelope_point(self, k: int) -> EnvelopePoint:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from functools import partial
+from functools import cache, partial
 from threading import Lock, RLock, Thread
 from typing import Any, NamedTuple
 
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.components.metrics.interface import Metric
+from rvjax.cores import cores
 from rvjax.physics.state import Step
 from rvjax.simulation import closed_loop, flight, jax_config
 from rvjax.simulation.closed_loop import Drawn, Loop
@@ -161,6 +163,12 @@ class LlvmEngine:
         return chunk
 
 
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """Threads for parts of chunks."""
+    return ThreadPoolExecutor(cores())
+
+
 class LlvmChunk:
     """A chunk in memory: groups of lanes, each with its numbers and its carry side by side. samples: how many fly."""
 
@@ -175,10 +183,22 @@ class LlvmChunk:
     def _memory(self, tree: Any, kind: Any) -> Rows:
         return blocks(self._groups, count(tree), self._flight.lanes, kind)
 
-    def advance(self, first: int, last: int) -> None:
-        """Flies from step `first` to step `last`."""
-        if first < last:
-            self._flight.function("advance")(self._groups, first, last, self._numbers, self._carry, self._carry)
+    def advance(self, first: int, last: int, threads: int = 1) -> None:
+        """Flies from step `first` to step `last`, on several threads. Which thread flies a group changes no bit."""
+        if first >= last:
+            return
+        advance, parts = self._flight.function("advance"), min(threads, self._groups)
+        edges = [self._groups * part // parts for part in range(parts + 1)]
+
+        def fly(part: int) -> None:
+            groups = slice(edges[part], edges[part + 1])
+            carry = self._carry[groups]
+            advance(len(carry), first, last, self._numbers[groups], carry, carry)
+
+        if parts == 1:
+            fly(0)
+        else:
+            list(_pool().map(fly, range(parts)))
 
     def envelope_point(self, k: int) -> EnvelopePoint:
         """The point of the envelopes at step k."""
