@@ -306,8 +306,7 @@ def _keep_traces(runner: ChunkRunner, folder: RunFolder, samples: Sequence[int],
         return dict(trace(runner.problem, runner.flyer, group, every, recorded(folder, group)))
 
     def write(traces: dict[int, Trace]) -> None:
-        for sample, (frame, columns) in traces.items():
-            folder.write_trace(sample, frame, columns)
+        folder.write_traces(traces)
         progress.count(len(traces))
 
     groups = (new[first : first + TRACED] for first in range(0, len(new), TRACED))

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 
 from rvjax.report.blocks import Drawing, Section
-from rvjax.report.plotting import STYLE, arrange
+from rvjax.report.plotting import STYLE
 from rvjax.run_folder import RunFolder
 from rvjax.timings import phase
 
@@ -55,8 +55,10 @@ def draw(drawing: Drawing, png: bool = False) -> Picture:
     no_metadata = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with matplotlib.rc_context({"svg.hashsalt": drawing.name}), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")  # such a glyph is drawn as a box
-        FigureCanvasAgg(figure)  # it measures the labels
-        arrange(figure)
+        if (layout := figure.get_layout_engine()) is not None:
+            FigureCanvasAgg(figure)  # it measures the labels
+            layout.execute(figure)
+            figure.set_layout_engine("none")
         FigureCanvasSVG(figure).print_svg(vector, metadata=no_metadata)
         if png:
             figure.set_dpi(PIXELS_PER_INCH)

@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import TightLayoutEngine
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
@@ -62,6 +63,9 @@ STYLE: Any = {
 WIDTH = 9.2
 """The width of every figure in inches."""
 
+_LEGEND = 0.3
+"""The height of a legend above all axes, in inches."""
+
 _STEPS = 200  # points of a drawn distribution function
 
 _BEYOND = 2.0**40
@@ -82,25 +86,39 @@ def labelled(axis: Axes) -> dict[str, Any]:
     return dict(zip(labels, handles, strict=True))
 
 
-def arrange(figure: Figure) -> None:
-    """Places the axes so that no label is cut off or hidden, below the legend of the figure."""
-    top = 1.0
-    if figure.legends:
-        rows = math.ceil(len(figure.legends[0].legend_handles) / figure.legends[0]._ncols)  # pyright: ignore[reportAttributeAccessIssue]
-        top -= (0.1 + 0.2 * rows) / figure.get_figheight()
-    figure.tight_layout(pad=0.3, h_pad=0.8, w_pad=0.8, rect=(0.0, 0.0, 1.0, top))
-
-
 def legend(axis: Axes, **options: Any) -> None:
     """A legend where it hides least; none where nothing is drawn that has a label."""
     if axis.get_legend_handles_labels()[1]:
         axis.legend(loc="best", **options)
 
 
-def axes(rows: int, columns: int, height: float, **subplots: Any) -> tuple[Figure, list[Axes]]:
-    """A figure with rows × columns axes, in reading order; height in inches."""
-    figure = Figure(figsize=(WIDTH, height))
+def axes(rows: int, columns: int, height: float, legend_above: bool = False, **subplots: Any) -> tuple[Figure, list[Axes]]:
+    """A figure with rows × columns axes, in reading order, placed by measuring their labels. height: in inches. legend_above:
+    leave room for `shared_legend`."""
+    top = 1.0 - (_LEGEND / height if legend_above else 0.0)
+    figure = Figure(figsize=(WIDTH, height), layout=TightLayoutEngine(pad=0.3, h_pad=0.8, w_pad=0.8, rect=(0.0, 0.0, 1.0, top)))
     grid = figure.subplots(rows, columns, squeeze=False, **subplots)
+    return figure, [axis for row in grid for axis in row]
+
+
+def panels(
+    rows: int,
+    columns: int,
+    height: float,
+    *,
+    legend_above: bool = True,
+    sharex: bool = False,
+    sharey: Literal[False, "row"] = False,
+) -> tuple[Figure, list[Axes]]:
+    """As `axes`, for panels with titles and numbers along their axes: their margins are fixed, since measuring labels takes half
+    of the time of a figure."""
+    figure = Figure(figsize=(WIDTH, height))
+    left, right, bottom, above = 0.78, 0.1, 0.46, 0.28 + (_LEGEND if legend_above else 0.0)
+    beside, below = 0.2 if sharey else 0.78, 0.38 if sharex else 0.76
+    wide, high = (WIDTH - left - right - (columns - 1) * beside) / columns, (height - bottom - above - (rows - 1) * below) / rows
+    edges = {"left": left / WIDTH, "right": 1.0 - right / WIDTH, "bottom": bottom / height, "top": 1.0 - above / height}
+    spaces = {"wspace": beside / wide, "hspace": below / high}
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey, gridspec_kw=edges | spaces)
     return figure, [axis for row in grid for axis in row]
 
 

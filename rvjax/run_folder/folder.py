@@ -326,9 +326,9 @@ class RunFolder:
         missing = self.requested - chunks.total
         return Account(self.requested, captured, not_settled, not_finite, missing)
 
-    def write_trace(self, sample: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
-        """Writes the trace of a sample: a row per step, every column in `columns`."""
-        self._add(Key("traces", sample), frame, columns)
+    def write_traces(self, traces: Mapping[int, Table]) -> None:
+        """Writes traces by sample: each with a row per step and the meaning of its columns."""
+        self.take_all([DataFile.of(Key("traces", sample), *trace, self.digest) for sample, trace in traces.items()])
 
     def drop_traces(self, samples: Iterable[int]) -> None:
         """Removes traces."""

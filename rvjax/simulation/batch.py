@@ -91,12 +91,14 @@ class Flyer:
         envelope: list[EnvelopePoint] = []
         kept: list[Step] = []
         chosen = np.asarray(trace, dtype=np.int64)
+        whole = not self.engine.fixed_lanes and chosen.tolist() == list(range(len(jax.tree.leaves(drawn)[0])))
 
         def observe(k: int) -> None:
             if with_envelope:
                 envelope.append(flying.envelope_point(k))
             if len(chosen):
-                kept.append(jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], flying.observe(k)))
+                step = flying.observe(k)
+                kept.append(step if whole else jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], step))
 
         with self._counted():
             flying = self.engine.begin(drawn, device, steps)

@@ -181,7 +181,7 @@ def reported(place: Path, all_texts: Sequence[str], file_texts: Sequence[str], n
         histories = whole.envelopes()
         folder.write_envelope(0, histories, {name: Column(name, first, first) for name in histories.columns})
         for sample, trace in ((sample, whole.trace(sample)) for sample in whole.trace_samples()):
-            folder.write_trace(sample, trace, {name: Column(name, first, first) for name in trace.columns})
+            folder.write_traces({sample: (trace, {name: Column(name, first, first) for name in trace.columns})})
     build(place)
     return place
 

@@ -133,7 +133,7 @@ def make(
         if kept:
             folder.write_envelope(0, *_histories(generator, frame.iloc[:kept]))
             for sample in worst_first(frame, columns)[:3]:
-                folder.write_trace(sample, *_trace(generator, frame.iloc[sample]))
+                folder.write_traces({sample: _trace(generator, frame.iloc[sample])})
     return path
 
 

@@ -68,7 +68,7 @@ def test_only_the_worst_flights_are_read(made: Callable[..., Path], tmp_path: Pa
         trace = folder.trace(order[0])
         mild = next(sample for sample in range(60) if sample not in order)
         for sample in (mild, *order[3:]):
-            folder.write_trace(sample, trace, {name: Column(name, "", "made up") for name in trace})
+            folder.write_traces({sample: (trace, {name: Column(name, "", "made up") for name in trace})})
     read: list[int] = []
     monkeypatch.setattr(RunFolder, "trace", lambda _, sample: read.append(sample) or trace)
     assert list(open_run(path).traces) == read == order[:OVERLAID]

@@ -66,7 +66,7 @@ def fly(folder: RunFolder, requested: int = 10) -> None:
     for index in lacking(folder, requested):
         folder.write_envelope(index, history(index, requested), COLUMNS)
         folder.commit(index, chunk(index, requested), COLUMNS)
-    folder.write_trace(3, history(0).drop(columns="sample"), COLUMNS)
+    folder.write_traces({3: (history(0).drop(columns="sample"), COLUMNS)})
 
 
 def only(path: Path, stem: str) -> Path:

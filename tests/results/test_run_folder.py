@@ -55,7 +55,7 @@ def test_chunks_may_come_in_any_order_and_as_arrow_tables(tmp_path: Path, finish
             table = chunk(index, 10)
             arrow = pa.table({name: pa.array(table[name].to_numpy()) for name in table.columns})
             folder.commit(index, arrow if index else table, COLUMNS)
-        folder.write_trace(3, history(0).drop(columns="sample"), COLUMNS)
+        folder.write_traces({3: (history(0).drop(columns="sample"), COLUMNS)})
     assert (tmp_path / "other" / "manifest.json").read_bytes() == (finished / "manifest.json").read_bytes()
 
 

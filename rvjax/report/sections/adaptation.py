@@ -39,7 +39,7 @@ def _acts(values: Sketch) -> bool:
 
 
 def _figure(run: Run, names: list[str]) -> Drawing:
-    figure, panels = plotting.axes(1, len(names), 3.0)
+    figure, panels = plotting.panels(1, len(names), 3.0, legend_above=False)
     for axis, name in zip(panels, names, strict=True):
         plotting.distribution(axis, run.metric(name), plotting.BLUE, label(name), run.band)
         reach = [run.metric(name), Sketch(RUNAWAY)] if name == "peak_chi" else [run.metric(name)]

@@ -72,7 +72,7 @@ def _varied(run: Run) -> dict[str, NDArray[np.float64]]:
 
 def _figure(run: Run, correlations: dict[str, dict[str, Estimate | Observed]], leading: list[str]) -> Drawing:
     """A dot with its interval per draw and result."""
-    figure, (axis,) = plotting.axes(1, 1, 0.34 * len(leading) + 1.1)
+    figure, (axis,) = plotting.axes(1, 1, 0.34 * len(leading) + 1.1, legend_above=True)
     axis.axvline(0, color=plotting.INK, lw=0.8)
     for offset, colour, name in zip((-0.14, 0.14), (plotting.BLUE, plotting.RED), correlations, strict=False):
         estimates = [correlations[name][path] for path in leading]

@@ -37,7 +37,7 @@ def section(run: Run) -> Section:
 
 
 def _norm_figure(run: Run, table: pd.DataFrame) -> Drawing:
-    figure, panels = plotting.axes(2, 2, 5.6, sharex=True)
+    figure, panels = plotting.panels(2, 2, 5.6, sharex=True)
     for axis, (name, (words, symbol, unit)) in zip(panels, _NORMS.items(), strict=True):
         values = _history(table, name)
         plotting.bands(axis, _times(table), values, lost=math.inf)
@@ -57,7 +57,7 @@ def _norm_figure(run: Run, table: pd.DataFrame) -> Drawing:
 
 
 def _wrench_figure(run: Run, table: pd.DataFrame) -> Drawing:
-    figure, panels = plotting.axes(2, 3, 4.9, sharex=True)
+    figure, panels = plotting.panels(2, 3, 4.9, sharex=True)
     for axis, name in zip(panels, CHANNELS, strict=True):
         plotting.bands(axis, _times(table), _history(table, f"cmd_{name}"), lost=math.nan)
         for trace in run.traces.values():

@@ -71,12 +71,12 @@ def _times(logarithm: float) -> str:
 def _figure(sequential: list[tuple[int, Verdict, Evidence]]) -> Drawing:
     columns = min(2, len(sequential))
     rows = -(-len(sequential) // columns)
-    figure, axes = plotting.axes(rows, columns, 2.3 * rows + 0.5)
+    figure, axes = plotting.panels(rows, columns, 2.4 * rows + 0.5)
     for axis, (number, verdict, evidence) in zip(axes, sequential, strict=False):
         _panel(axis, f"{number}. {verdict.requirement.name or verdict.requirement.metric}: {verdict.verdict}", evidence)
     for axis in axes[len(sequential) :]:
         plotting.empty(axis, "")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    plotting.shared_legend(figure, plotting.labelled(axes[0]), 3)
     text = "Evidence for PASS and for FAIL over the number of samples (log₁₀). Dashed: the decision levels."
     return Drawing("evidence", text, figure)
 

@@ -18,7 +18,7 @@ from rvjax.stats import Estimate
 from rvjax.stats.sampling_design import Observed
 
 _BINS = 5
-_DOTS = 300  # samples drawn as dots
+_DOTS = 200  # samples drawn as dots
 _DUTY = "Saturation duty: share of the flight in which the clipped command |h(v)| is at least 99 % of its limit."
 _LONGEST = "Longest uninterrupted time in saturation."
 _DEPTH = "Saturation depth: largest command |v| before clipping, as a multiple of the limit on its side."
@@ -76,7 +76,7 @@ def _against_severity(run: Run, severe: dict[str, NDArray[np.float64]], stem: st
     words, unit, scale = _SHOWN[stem]
     least, most_severe = np.min(list(severe.values())), np.max(list(severe.values()))
     edges = np.linspace(least, max(most_severe, least + 1e-3), _BINS + 1)
-    figure, panels = plotting.axes(2, 3, 4.9, sharex=True, sharey="row")
+    figure, panels = plotting.panels(2, 3, 4.9, sharex=True, sharey="row")
     every = max(1, len(run.head) // _DOTS)
     rows: list[tuple[Cell, ...]] = []
     for axis, (name, severity) in zip(panels, severe.items(), strict=False):

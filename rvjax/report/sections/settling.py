@@ -64,7 +64,7 @@ def _time_figure(run: Run, names: list[str]) -> Drawing:
 def _error_figure(run: Run, names: list[str]) -> Drawing:
     """One panel per kind of error, with the final error and the largest one over the closing window."""
     kinds = {kind: [name for name in names if _kind(name) == kind] for kind in dict.fromkeys(map(_kind, names))}
-    figure, panels = plotting.axes(math.ceil(len(kinds) / 2), 2, 2.7 * math.ceil(len(kinds) / 2))
+    figure, panels = plotting.panels(math.ceil(len(kinds) / 2), 2, 2.7 * math.ceil(len(kinds) / 2) + 0.2)
     tubes = {"m": run.spec.capture.position_m, "deg": math.degrees(4 * math.atan(run.spec.capture.attitude_mrp))}
     for axis, (kind, members) in zip(panels, kinds.items(), strict=False):
         unit = run.column(members[0]).unit
