@@ -10,7 +10,15 @@ from typing import ClassVar
 _UNSEEN = re.compile("[\0-\t\v-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
 
 
-def visible(text: str, spell: Callable[[str], str] = lambda one: one.encode("unicode_escape").decode()) -> str:
+_BLANK = re.compile("[\u200b]|(?=[^\x20\n])\\s")
+"""Characters that look like a space, or like nothing."""
+
+
+def _spelt(character: str) -> str:
+    return character.encode("unicode_escape").decode()
+
+
+def visible(text: str, spell: Callable[[str], str] = _spelt) -> str:
     """The text with what acts on a terminal instead of being seen (escape sequences, turned directions) spelt out.
 
     Line ends stay. spell: how one such character is spelt, `\\x1b` if nothing is said.
@@ -39,7 +47,7 @@ class Finding:
     def __str__(self) -> str:
         place = f"{self.where}: {self.path}" if self.path else self.where
         said = f"{place}: {self.found}; {self.accepted}" if self.accepted else f"{place}: {self.found}"
-        return visible(said).replace("\n", "\\n")
+        return _BLANK.sub(lambda blank: _spelt(blank[0]), visible(said)).replace("\n", "\\n")
 
     @property
     def order(self) -> tuple[float, float]:

@@ -48,10 +48,10 @@ class Timings:
 
 
 class _Stack(local):
-    """The phases that a thread is in: for each, the seconds of the phases inside it."""
+    """The phases that a thread is in, the innermost last."""
 
     def __init__(self) -> None:
-        self.inside: list[float] = []
+        self.phases: list[phase] = []
 
 
 _stack = _Stack()
@@ -63,27 +63,33 @@ class phase:
     """Counts the wall time of a block as a phase of its thread, without the phases inside it."""
 
     def __init__(self, name: Phase) -> None:
-        self._name = name
+        self.name: Phase = name
+        self.began = self.inside = 0.0
 
     def __enter__(self) -> None:
-        _stack.inside.append(0.0)
-        self._began = time.monotonic()
+        self.began = time.monotonic()
+        _stack.phases.append(self)
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        spent, inside = time.monotonic() - self._began, _stack.inside.pop()
-        if _stack.inside:
-            _stack.inside[-1] += spent
+        whole = time.monotonic() - self.began
+        _stack.phases.pop()
+        if _stack.phases:
+            _stack.phases[-1].inside += whole
         with _counting:
-            (_main if current_thread() is main_thread() else _threads)[self._name] += spent - inside
+            (_main if current_thread() is main_thread() else _threads)[self.name] += whole - self.inside
 
 
 def timings() -> Timings:
     """The timings of this process up to now. What came before this module was imported counts as imports."""
-    before = _before()
+    before, now = _before(), time.monotonic()
     with _counting:
-        main = dict(_main)
-        main["imports"] = main.get("imports", 0.0) + before
-        return Timings(time.monotonic() - _IMPORTED + before, main, dict(_threads))
+        main, threads = defaultdict(float, _main), dict(_threads)
+    main["imports"] += before
+    inner = 0.0
+    for part in reversed(_stack.phases if current_thread() is main_thread() else []):  # phases that have not ended
+        main[part.name] += now - part.began - part.inside - inner
+        inner = now - part.began
+    return Timings(now - _IMPORTED + before, dict(main), threads)
 
 
 def _before() -> float:

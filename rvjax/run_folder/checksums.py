@@ -30,7 +30,8 @@ def complaints(root: Path) -> list[str]:
     if not atomic_files.exists(path):
         return [f"{path}: missing, so the report cannot be verified; {_ADVICE}"] if existing else []
     data = atomic_files.read(path)
-    lines = [_LINE.fullmatch(line) for line in data.decode(errors="replace").splitlines()]
+    text = data.decode(errors="replace").removesuffix("\n")
+    lines = [_LINE.fullmatch(line) for line in text.split("\n")]  # splitlines would also split at \v, \f and the like
     noted = {match[2]: match[1] for match in lines if match}
     if None in lines or not data.endswith(b"\n") or any(not _MADE.fullmatch(name) for name in noted):
         return [f"{path}: damaged or edited; {_ADVICE}"]
@@ -49,7 +50,7 @@ def verified(root: Path, name: str) -> bytes | None:
         return None
     data = atomic_files.read(root / name)
     noted = f"{atomic_files.sha256(data)}  {name}"
-    return data if noted in atomic_files.read(root / NAME).decode(errors="replace").splitlines() else None
+    return data if noted in atomic_files.read(root / NAME).decode(errors="replace").split("\n") else None
 
 
 def _existing(root: Path) -> set[str]:

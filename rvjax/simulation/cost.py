@@ -20,7 +20,7 @@ STEPS_PER_S_PER_CORE = {"llvm": 2.8e6, "xla": 0.8e6}
 SLOWER = {"bounded-least-squares": 10.0}
 """Factor on the time of a step by allocation; measured in docs/model.md."""
 
-START_S = 9.0
+START_S = 6
 """Assumed time to start, compile, trace the worst flights and write the report; once per controller."""
 
 BYTES_BASE = 6e8

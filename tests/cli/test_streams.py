@@ -21,6 +21,7 @@ from rvjax.cli import COMMANDS, main
 from rvjax.cli._output import Output
 from rvjax.cli._streams import prepare, printable
 from rvjax.components import manual
+from rvjax.errors import Finding
 from rvjax.execution.progress import Progress
 from tests.program import Run
 from tests.short import CAMPAIGN, QUICK, SHORT
@@ -50,6 +51,13 @@ def printed(monkeypatch: pytest.MonkeyPatch) -> Printed:
         return result
 
     return run
+
+
+@pytest.mark.parametrize("blank", ["\u00a0", "\u2009", "\u3000", "\u200b", "\t"])
+def test_a_finding_shows_characters_that_look_like_nothing(blank: str) -> None:
+    """Kills: `rvjax: unknown key; did you mean rvjax?`, where the key begins with a space of another kind."""
+    told = str(Finding("a.yaml:1:1", f"{blank}rvjax", "unknown key", "did you mean rvjax?"))
+    assert told == f"a.yaml:1:1: {blank.encode('unicode_escape').decode()}rvjax: unknown key; did you mean rvjax?"
 
 
 def calls(encoding: str, flown: Path, tmp_path: Path) -> Iterator[tuple[Sequence[object], int]]:

@@ -114,6 +114,33 @@ def test_optimised_code_flies_the_same_bits(name: str) -> None:
     assert set(engine.flight(drawn)._compiled) == {("begin", 0), ("advance", 0), ("advance", 2)}
 
 
+@pytest.mark.parametrize("samples", [1, 24, 61])
+def test_threads_change_no_bit(samples: int) -> None:
+    """Of a chunk that flies on several: more of them than groups, and groups that they cannot share evenly. Kills: a group that
+    no thread flies, or two; a thread with the numbers of another."""
+    found = problem("quickstart.yaml")
+    _, drawn = Draws.of(found, np.arange(samples))
+    engine = LlvmEngine(found.loop, found.metrics)
+    flights = []
+    for threads in (1, 2, 3, 16):
+        chunk = engine.begin(drawn)
+        chunk.advance(0, 20, threads)
+        chunk.advance(20, 30, threads)
+        flights.append(jax.tree.leaves(chunk.numbers_and_carry()[1]))
+    assert all(same_all(flights[0], flight) for flight in flights[1:])
+
+
+def test_the_step_is_compiled_ahead() -> None:
+    """In a thread, at the level that the announced steps need, and not again. Kills: a step that is compiled twice; an error in
+    the thread that nobody sees."""
+    found = problem("quickstart.yaml")
+    _, drawn = Draws.of(found, np.arange(3))
+    engine = LlvmEngine(found.loop, found.metrics)
+    engine.prepare(drawn, PAYS)
+    engine.begin(drawn).advance(0, 10)
+    assert set(engine.flight(drawn)._compiled) == {("begin", 0), ("advance", 2)}
+
+
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="the registers are those of x86")
 def test_the_mode_of_the_thread_changes_no_bit() -> None:
     """A thread that rounds towards zero and takes subnormal numbers for 0 flies the same bits, and keeps its mode. Kills: a

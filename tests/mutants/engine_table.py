@@ -50,7 +50,7 @@ MUTANTS = (
     Mutant("a flight in the mode of its thread", TEXT, '"  call void @llvm.x86.sse.ldmxcsr(ptr %wanted)",', "", MODE),
     Mutant("a mode that is not put back", TEXT, '("  call void @llvm.x86.sse.ldmxcsr(ptr %mode)",),', "(),", MODE),
     Mutant("lanes of another group", MACHINE, "whole.reshape(leaves, groups, lanes).transpose(1, 0, 2)", "whole.reshape(leaves, lanes, groups).transpose(2, 0, 1)", INTERPRETED),
-    Mutant("flights that last are not optimised", ENGINE, "self._expected >= PAYS", "self._expected < 0", "engines/test_flights.py::test_optimised_code_flies_the_same_bits"),
-    Mutant("every flight is optimised", ENGINE, "self._expected >= PAYS", "self._expected >= 0", "engines/test_flights.py::test_optimised_code_flies_the_same_bits"),
+    Mutant("flights that last are not optimised", ENGINE, "max(self._announced, self._begun) >= PAYS", "max(self._announced, self._begun) < 0", "engines/test_flights.py::test_optimised_code_flies_the_same_bits"),
+    Mutant("every flight is optimised", ENGINE, "max(self._announced, self._begun) >= PAYS", "max(self._announced, self._begun) >= 0", "engines/test_flights.py::test_optimised_code_flies_the_same_bits"),
     Mutant("a program compiled for each chunk", ENGINE, "            if (name, level) not in self._compiled:\n", "            if True:\n", "run/test_compiling.py::test_machine_code_is_made_once"),
 )  # fmt: skip

@@ -107,7 +107,7 @@ def test_no_damage_is_silent(part: int, whole: Path, full: bool, figure: Callabl
     paths = sorted(path for path in whole.rglob("*") if path.is_file())
     names = {"SHA256SUMS", "campaign.yaml", "journal.jsonl", "manifest.json", "report.html", "report.md", "summary.json"}
     assert {path.name for path in paths} > names
-    assert {path.suffix for path in whole.glob("figures/*")} == {".svg", ".png"}
+    assert {path.suffix for path in whole.glob("figures/*")} == {".svg"}
     assert {path.parent.name for path in paths} == {whole.name, "samples", "envelopes", "traces", "figures"}
     good = {path: path.read_bytes() for path in paths}
     kinds: Counter[str] = Counter()

@@ -116,7 +116,7 @@ def check_markdown(text: str, twin: str) -> None:
     assert found == expected, found - expected
     assert not {"link_open", "html_block", "fence", "code_block"} & {kind for kind, _ in found}
     assert {one.content for one in tokens(text) if one.type == "html_inline"} <= {"<br>"}
-    assert all(re.fullmatch(r"figures/[a-z-]+\.png", str(one.attrs["src"])) for one in tokens(text) if one.type == "image")
+    assert all(re.fullmatch(r"figures/[a-z-]+\.svg", str(one.attrs["src"])) for one in tokens(text) if one.type == "image")
     prose = re.sub(r"`[^`\n]+`", "", text)
     assert not re.search(r"(?<!\\)(://|www\.)|<(?!br>)|(?<!\\)\]\((?!figures/)", re.sub(r"\\\\", "", prose), re.IGNORECASE)
 

@@ -58,7 +58,7 @@ def _svg_only() -> Iterator[None]:
 def _undrawn() -> Iterator[None]:
     empty = figures.Picture("<svg></svg>", "<svg></svg>", b"")
     with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setattr(figures, "draw", lambda drawing: empty)
+        monkeypatch.setattr(figures, "draw", lambda drawing, png=False: empty)
         yield
 
 

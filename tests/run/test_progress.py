@@ -30,8 +30,8 @@ def test_a_single_chunk_shows_its_steps(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr("rvjax.execution.executors.threads.LOOK_S", 0.002)
     advance = LlvmChunk.advance
 
-    def slowly(self: LlvmChunk, first: int, last: int) -> None:
-        advance(self, first, last)
+    def slowly(self: LlvmChunk, first: int, last: int, threads: int = 1) -> None:
+        advance(self, first, last, threads)
         time.sleep(0.002)
 
     monkeypatch.setattr(LlvmChunk, "advance", slowly)

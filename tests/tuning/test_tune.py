@@ -25,7 +25,8 @@ from rvjax.run_folder.tuning_record import Searched
 from rvjax.search.tuning import tune as tuning
 from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.draws import Draws
-from rvjax.simulation.engines import choice, xla
+from rvjax.simulation.engines import choice
+from rvjax.simulation.engines.llvm import engine
 from rvjax.simulation.problem import load
 from tests.program import Run
 from tests.tuning.short import write
@@ -56,16 +57,16 @@ def tuned(campaign: Path, tmp_path_factory: pytest.TempPathFactory, compiles: li
     """The undisturbed tuning; counts the programs that are compiled before it is confirmed."""
     with pytest.MonkeyPatch.context() as monkeypatch:
 
-        class Counted(xla.Programs):
-            def __new__(cls, *programs: Any) -> xla.Programs:
+        class Counted(engine.Function):
+            def __init__(self, *arguments: Any) -> None:
                 compiles.append(1)
-                return super().__new__(cls, *programs)
+                super().__init__(*arguments)
 
         def told(line: str) -> None:
             if line.startswith("confirming"):
                 compiles.append(-len(compiles))
 
-        monkeypatch.setattr(xla, "Programs", Counted)
+        monkeypatch.setattr(engine, "Function", Counted)
         fresh = OrderedDict[Any, choice.Choice]()
         monkeypatch.setattr(choice, "_choices", fresh)
         made = tuning.tune(campaign, tmp_path_factory.mktemp("tuned") / "out", on_message=told)
@@ -77,7 +78,7 @@ def test_a_sweep_is_compiled_once(tuned: tuple[Path, Searched], compiles: list[i
     """Kills: a program for each candidate, for each round or each number of samples."""
     _, found = tuned
     assert found.cost.programs == 1
-    assert compiles[:2] == [1, -1]
+    assert compiles[:4] == [1, 1, 1, -3]  # begin, advance, finish
     assert len(found.rows) == 19
 
 

@@ -64,7 +64,7 @@ def test_a_cell_flies_as_its_file_would(
     first = rvjax.Campaign(campaign)
     monkeypatch.syspath_prepend(tmp_path)
     space = notebook.run_cell(HELPED)
-    monkeypatch.delitem(sys.modules, "gains_of")
+    del sys.modules["gains_of"]  # for good: monkeypatch would bring it back
     notebook.run_cell(METRIC)
     run = first.with_(controller=(space["CONTROLLER"], {"gains": {"kp": 0.02}}), metrics=[space["METRIC"]]).fly(
         "run", progress=False
