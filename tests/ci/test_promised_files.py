@@ -17,6 +17,7 @@ import pytest
 
 from rvjax.cli import _ci_outputs
 from rvjax.errors import IncompleteError
+from rvjax.execution import preparation
 from rvjax.execution import run as running
 from rvjax.run_folder import atomic_files
 from tests.program import Run
@@ -36,13 +37,14 @@ def suite(path: Path) -> tuple[str, str]:
 def ends(monkeypatch: pytest.MonkeyPatch, end: Callable[[Path], object]) -> None:
     """Instead of flying, the folder is opened and `end` is called with it."""
 
-    def fly(file: Path, out: Path | None, values: object, options: running.RunOptions) -> None:
+    def fly(file: Path, out: Path | None, values: object, options: running.RunOptions, prepared: object) -> None:
         del file, values
         place = out or Path("reports/x/1")
         place.mkdir(parents=True, exist_ok=True)
         options.on_open(place)
         end(place)
 
+    monkeypatch.setattr(preparation, "prepare", lambda *_: None)
     monkeypatch.setattr(running, "fly", fly)
 
 

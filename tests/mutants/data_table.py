@@ -117,7 +117,7 @@ MUTANTS = (
     Mutant(
         "a mixture without its weight",
         SEQUENTIAL,
-        "np.log(special.betainc(0.5, 0.5, q)) + np.log(np.pi)",
+        "np.log(scipy.special.betainc(0.5, 0.5, q)) + np.log(np.pi)",
         "np.log(np.pi)",
         "stats/test_sequential.py::test_e_is_the_mixture_of_likelihood_ratios",
     ),
