@@ -27,7 +27,7 @@ WEAKENED: Mapping[str, tuple[Sequence[str], str]] = {
     "all gains −30 %": ([f"controller.gains.{name}={0.7 * value}" for name, value in GAINS.items()], ""),
     **{f"{name} −30 %": ([f"controller.gains.{name}={0.7 * value}"], "") for name, value in GAINS.items()},
     "D̂ off": (["controller.adapt_bound=false"], ""),
-    "sign of D̂ ∘ z₂/√(z₂²+ε²) flipped": ([], "saturated_adaptive.robust"),
+    "sign of D̂ ∘ z₂/√(z₂²+ε²) flipped": ([], "saturated_adaptive.direction"),
     "sign of K₂z₂ flipped": ([], "saturated_adaptive.feedback"),
     "sign of Ŷθ flipped": ([], "saturated_adaptive.model"),
 }
@@ -62,6 +62,7 @@ def flown(path: Path, samples: int, overrides: Sequence[str] = (), flipped: str 
     """The campaign, and a table of its samples under another seed."""
     from rvjax.simulation.batch import LANES, Flyer
     from rvjax.simulation.draws import Draws
+    from rvjax.simulation.engines import choice
     from rvjax.simulation.problem import load
 
     module, _, function = flipped.partition(".")
@@ -69,6 +70,7 @@ def flown(path: Path, samples: int, overrides: Sequence[str] = (), flipped: str 
     right: Callable[..., Any] | None = getattr(law, function) if flipped else None
     if right is not None:
         setattr(law, function, lambda *given: -right(*given))
+        choice._choices.clear()  # an engine that was traced before flies the right law
     try:
         problem = load(path, [f"seed={SEED}", f"samples={samples}", *overrides])
         flyer, steps = Flyer.of(problem), problem.spec.horizon.steps
@@ -84,6 +86,7 @@ def flown(path: Path, samples: int, overrides: Sequence[str] = (), flipped: str 
     finally:
         if right is not None:
             setattr(law, function, right)
+            choice._choices.clear()
     return problem.spec, pd.concat(parts, ignore_index=True)
 
 

@@ -42,11 +42,12 @@ class ChunkResult(NamedTuple):
 
 
 class ChunkRunner:
-    """Compiles at the first chunk; threads may share it. identity: the run's; every data file carries it."""
+    """Compiles at the first chunk; threads may share it. identity: the run's; every data file carries it. threads:
+    that fly at a time; all cores by default."""
 
-    def __init__(self, problem: Problem, identity: Mapping[str, Any]) -> None:
+    def __init__(self, problem: Problem, identity: Mapping[str, Any], threads: int | None = None) -> None:
         self.problem = problem
-        self.flyer = Flyer.of(problem)
+        self.flyer = Flyer.of(problem, threads)
         self._digest = digest(identity)
 
     def steps_flown(self) -> int:

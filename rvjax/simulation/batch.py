@@ -58,15 +58,17 @@ class Flown(NamedTuple):
 class Flyer:
     """Flies chunks of the same structure. Several threads may use it at a time."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Engine, threads: int | None = None) -> None:
+        """threads: that fly at a time; all cores by default."""
         self.engine = engine
+        self._available = threads or cores()
         self._stopped = Event()
         self._steps, self._flying, self._counting = 0, 0, Lock()
 
     @classmethod
-    def of(cls, problem: Problem) -> Flyer:
+    def of(cls, problem: Problem, threads: int | None = None) -> Flyer:
         """The flyer of a problem, with the engine of its structure."""
-        return cls(engine_of(problem))
+        return cls(engine_of(problem), threads)
 
     def lanes(self, samples: int) -> int:
         """How many lanes fly for up to LANES samples: LANES with an engine of fixed lanes, else no more than needed."""
@@ -142,8 +144,8 @@ class Flyer:
                 self._flying -= 1
 
     def _threads(self) -> int:
-        """Threads for a chunk: where fewer chunks than cores are in flight, as at the end of a run, a chunk flies on several."""
-        return max(1, cores() // max(1, self._flying))
+        """Threads for a chunk: several, where fewer chunks than threads are in flight, as at the end of a run."""
+        return max(1, self._available // max(1, self._flying))
 
     def stop(self) -> None:
         """Ends all flights of this flyer soon, in all threads."""

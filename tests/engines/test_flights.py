@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import platform
+import threading
+from concurrent.futures import CancelledError
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,9 +17,10 @@ import pytest
 
 from rvjax.physics import elementary
 from rvjax.simulation import closed_loop, flight, jax_config
+from rvjax.simulation.batch import Flyer
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.engines.llvm.elementwise import ELEMENTARY
-from rvjax.simulation.engines.llvm.engine import PAYS, LlvmEngine
+from rvjax.simulation.engines.llvm.engine import PAYS, LlvmChunk, LlvmEngine
 from rvjax.simulation.engines.llvm.machine_code import Target, host
 from rvjax.simulation.problem import Problem, load
 from tests.engines.machine import same
@@ -130,13 +133,34 @@ def test_threads_change_no_bit(samples: int) -> None:
     assert all(same_all(flights[0], flight) for flight in flights[1:])
 
 
+def test_chunks_share_the_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A chunk alone flies on all threads of its flyer, two share them. Kills: a worker of several on a machine that takes all
+    cores; chunks that leave cores idle; a count that does not go down when a chunk ends, or fails."""
+    used: list[int] = []
+    monkeypatch.setattr(LlvmChunk, "advance", lambda _, first, last, threads: used.append(threads))
+    found = problem("quickstart.yaml")
+    flyer = Flyer(LlvmEngine(found.loop, found.metrics), threads=5)
+    _, drawn = Draws.of(found, np.arange(3))
+    flyer.fly(drawn, 10, 10)
+    flyer.watch(drawn, [5], lambda *_: used.append(0) or flyer.fly(drawn, 10, 10) is None)
+    flyer.stop()
+    with pytest.raises(CancelledError):
+        flyer.fly(drawn, 10, 10)
+    flyer.watch(drawn, [5], lambda *_: False)
+    assert used == [5, 5, 0, 2, 5]
+
+
 def test_the_step_is_compiled_ahead() -> None:
     """In a thread, at the level that the announced steps need, and not again. Kills: a step that is compiled twice; an error in
     the thread that nobody sees."""
     found = problem("quickstart.yaml")
     _, drawn = Draws.of(found, np.arange(3))
     engine = LlvmEngine(found.loop, found.metrics)
+    before = set(threading.enumerate())
     engine.prepare(drawn, PAYS)
+    for thread in set(threading.enumerate()) - before:
+        thread.join()
+    assert set(engine.flight(drawn)._compiled) == {("advance", 2)}
     engine.begin(drawn).advance(0, 10)
     assert set(engine.flight(drawn)._compiled) == {("begin", 0), ("advance", 2)}
 

@@ -13,6 +13,7 @@ STRUCTURES = "simulation/engines/llvm/structures.py"
 INSTRUCTIONS = "simulation/engines/llvm/instructions.py"
 MACHINE = "simulation/engines/llvm/machine_code.py"
 ENGINE = "simulation/engines/llvm/engine.py"
+BATCH = "simulation/batch.py"
 ROW = "engines/test_primitives.py::test_a_row_is_that_of_numpy_and_jax"
 MOVES = "engines/test_arrays.py::test_moved_numbers_are_those_of_jax"
 SUMS = "engines/test_arrays.py::test_sums_are_those_of_jax_to_rounding"
@@ -52,5 +53,12 @@ MUTANTS = (
     Mutant("lanes of another group", MACHINE, "whole.reshape(leaves, groups, lanes).transpose(1, 0, 2)", "whole.reshape(leaves, lanes, groups).transpose(2, 0, 1)", INTERPRETED),
     Mutant("flights that last are not optimised", ENGINE, "max(self._announced, self._begun) >= PAYS", "max(self._announced, self._begun) < 0", "engines/test_flights.py::test_optimised_code_flies_the_same_bits"),
     Mutant("every flight is optimised", ENGINE, "max(self._announced, self._begun) >= PAYS", "max(self._announced, self._begun) >= 0", "engines/test_flights.py::test_optimised_code_flies_the_same_bits"),
+    Mutant("groups that no thread flies", ENGINE, "self._groups * part // parts", "self._groups // parts * part", "engines/test_flights.py::test_threads_change_no_bit"),
+    Mutant("a step that is compiled at its first flight only", ENGINE, "        Thread(target=compile_step).start()", "        Thread(target=int).start()", "engines/test_flights.py::test_the_step_is_compiled_ahead"),
+    Mutant("a chunk on all threads beside another", BATCH, "self._available // max(1, self._flying)", "self._available", "engines/test_flights.py::test_chunks_share_the_threads"),
+    Mutant("a chunk that stays in flight after its end", BATCH, "self._flying -= 1", "self._flying -= 0", "engines/test_flights.py::test_chunks_share_the_threads"),
+    Mutant("a phase with the phases inside it", "timings.py", "+= whole - self.inside", "+= whole", "run/test_timings.py::test_a_phase_does_not_count_the_phases_inside_it"),
+    Mutant("phases of other threads in the main thread", "timings.py", "(_main if current_thread() is main_thread() else _threads)", "_main", "run/test_timings.py::test_other_threads_are_counted_apart"),
+    Mutant("sums that end at any line end", "run_folder/checksums.py", 'text.split("\\n")', "text.splitlines()", "results/test_run_folder.py::test_only_a_line_feed_ends_a_line_of_the_sums"),
     Mutant("a program compiled for each chunk", ENGINE, "            if (name, level) not in self._compiled:\n", "            if True:\n", "run/test_compiling.py::test_machine_code_is_made_once"),
 )  # fmt: skip

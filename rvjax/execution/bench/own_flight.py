@@ -21,7 +21,7 @@ def prepare(case: Case, threads: int | None = None) -> Callable[[], Values]:
     """A function that flies the case; compiles. threads: chunks at the same time, default as in `rvjax run`."""
     if case.samples % LANES:
         raise ValueError(f"{case.samples} samples do not fill chunks of {LANES}")
-    flyer = Flyer.of(case.problem)
+    flyer = Flyer.of(case.problem, threads)
     chunks = [_lanes(case.drawn, first) for first in range(0, case.samples, LANES)]
     places = devices()[:threads]
     for place in places:

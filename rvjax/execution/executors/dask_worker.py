@@ -98,7 +98,7 @@ class DaskWorkerState(WorkerPlugin):
         worker_identity = identity(problem)
         unlike = differences(order.identity, worker_identity, "the client", "the worker")
         unlike += differences({"packages": order.packages}, {"packages": packages()}, "the client", "the worker")
-        return Unlike(self._address, "\n".join(unlike)) if unlike else ChunkRunner(problem, worker_identity)
+        return Unlike(self._address, "\n".join(unlike)) if unlike else ChunkRunner(problem, worker_identity, self._threads)
 
     def fly(self, chunk: int) -> ChunkResult | Unlike:
         """Flies a chunk. Writes its files into the run folder where this worker sees it; else they are sent."""
