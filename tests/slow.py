@@ -66,6 +66,7 @@ SLOW = frozenset(
         "reliability/test_executors.py::test_compiler_settings_do_not_matter_to_the_engine_llvm",
         "reliability/test_executors.py::test_ctrl_c_in_the_terminal_of_local_workers",
         "reliability/test_executors.py::test_workers_of_this_machine_fly_the_same_bits",
+        "reliability/test_folding_workers.py",
         "reliability/test_forced_failures.py",
         "reliability/test_fuzzed_campaigns.py::test_hostile_files_are_refused_at_once",
         "reliability/test_injected_texts.py::test_a_report_of_hostile_texts_is_one_of_words",

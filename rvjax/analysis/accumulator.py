@@ -28,12 +28,12 @@ class RunAccumulator:
     """
 
     def __init__(self, require: Iterable[Requirement], design: SamplingDesign, keep: Keep | None = None) -> None:
-        require = tuple(require)
+        self._made_of = tuple(require), design, keep
         self.totals = Totals(keep)
-        self._tallies = tallies(design, require)
+        self._tallies = tallies(design, self._made_of[0])
         self._extract = Extract()
         self._needed: list[str] | None = None
-        self._purpose = _purpose(require, design, self.totals.keep)
+        self._purpose = _purpose(self._made_of[0], design, self.totals.keep)
 
     def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
         """Adds the table of a chunk; the table must not be changed afterwards.
@@ -43,6 +43,10 @@ class RunAccumulator:
         self.totals.add(chunk, frame, columns)
         self._tallies.add(frame, columns)
         self._extract.add(chunk, frame, self._names(columns))
+
+    def __contains__(self, chunk: int) -> bool:
+        """Whether a chunk was added."""
+        return chunk in self.totals
 
     def _names(self, columns: Mapping[str, Column]) -> list[str]:
         """The columns that the requirements need."""
@@ -74,11 +78,15 @@ class RunAccumulator:
     def decode(
         cls, data: bytes, require: Iterable[Requirement], design: SamplingDesign, keep: Keep | None = None
     ) -> RunAccumulator:
-        """The inverse of `encode`, for the same requirements, design and kept flights.
+        """As `decoded`, for these requirements, design and kept flights."""
+        return cls(require, design, keep).decoded(data)
+
+    def decoded(self, data: bytes) -> RunAccumulator:
+        """The accumulator that `encode` made these bytes of, for the same requirements, design and kept flights as this one.
 
         DamagedError if the bytes are not such totals, are of other requirements, or contradict themselves.
         """
-        accumulator = cls(require, design, keep)
+        accumulator = RunAccumulator(*self._made_of)
         try:
             record = Record.decode(data)
             if (found := record.document.get("format")) != FORMAT:

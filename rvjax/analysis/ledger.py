@@ -73,6 +73,10 @@ class Ledger:
             advice = "fly the campaign again"
             raise FolderError(f"chunk {chunk}: other columns than in chunk {min(self._chunks)}: {', '.join(odd)}; {advice}")
 
+    def __contains__(self, chunk: int) -> bool:
+        """Whether a chunk was entered."""
+        return chunk in self._chunks
+
     @property
     def chunks(self) -> Sequence[int]:
         """The numbers of the chunks, ascending."""

@@ -214,6 +214,10 @@ class Totals:
         """The numbers of all samples, ascending."""
         return self._ledger.samples()
 
+    def __contains__(self, chunk: int) -> bool:
+        """Whether a chunk was added."""
+        return chunk in self._ledger
+
     @property
     def chunks(self) -> Sequence[int]:
         """The numbers of the chunks that were added, ascending."""

@@ -29,11 +29,20 @@ STRETCH = 250
 """Fewest steps between two checks for a stop request: a fraction of a second."""
 
 
+class Segment(NamedTuple):
+    """Totals that a worker process keeps until they are collected. worker: its address. name: no other segment has it."""
+
+    worker: str
+    name: str
+
+
 class ChunkResult(NamedTuple):
-    """The data files of a flown chunk, the samples table last."""
+    """The data files of a flown chunk, the samples table last. segment: where a worker has added the table to totals; None
+    where the table is still to be added."""
 
     chunk: int
     files: tuple[DataFile, ...]
+    segment: Segment | None = None
 
     @property
     def samples(self) -> int:

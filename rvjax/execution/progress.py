@@ -57,8 +57,9 @@ class PhaseProgress:
         self.look()
 
     def look(self) -> None:
-        """Reports how far the flights under way are."""
-        self._report(ended=False)
+        """Reports how far the flights under way are; nothing before any begin."""
+        if self._total:
+            self._report(ended=False)
 
     def end(self) -> None:
         """The phase is over. A phase that flew nothing is not reported."""

@@ -26,7 +26,7 @@ from rvjax.cores import cores
 from rvjax.errors import CampaignWarning, Finding, UsageError
 from rvjax.execution.audit import prove, prove_baselines
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
-from rvjax.execution.executors import ExecutorFactory
+from rvjax.execution.executors import Executor, ExecutorFactory
 from rvjax.execution.executors.threads import local_threads, map_in_threads
 from rvjax.execution.identity import PLAN, provenance
 from rvjax.execution.preparation import Prepared, prepare
@@ -43,6 +43,9 @@ from rvjax.timings import phase, timings
 
 TRACED = 104
 """Flights that are traced together: each takes 400 kB until it is written."""
+
+FEW = 64
+"""Up to this number of finished chunks are read by this process where nothing else is to be done, without another executor."""
 
 
 def _ignore(*args: object) -> None:
@@ -198,11 +201,13 @@ def _fly_problem(
         with timed("audit", options.on_progress), phase("audit"):
             folder.keep_audit(prove(problem, runner.flyer, baseline).record)
     flights = PhaseProgress("flights", options.on_progress, runner.steps_flown, spec.horizon.steps, LANES)
-    _fly_and_read(runner, folder, results, options, flights)
-    if not baseline and _stops_early(spec, options):
-        while not results.decided and folder.requested < spec.samples:
+    looks = not baseline and _stops_early(spec, options)
+    many = _missing(folder) or looks or len(folder.chunks) > FEW
+    with phase("fly"), (options.executor if many else local_threads)(runner, folder) as executor:
+        _fly_and_fold(executor, folder, results, flights, spec.samples)
+        while looks and not results.decided and folder.requested < spec.samples:
             folder.grow(min(spec.samples, _next_look(folder.requested)))
-            _fly_missing(runner, folder, results, options, flights)
+            _fly_and_fold(executor, folder, results, flights, spec.samples)
     flights.end()
     with phase("kept traces"):
         _keep_traces(runner, folder, wanted(results.totals), options.on_progress)
@@ -255,38 +260,37 @@ def _missing(folder: RunFolder) -> list[int]:
     return folder.missing(math.ceil(folder.requested / LANES), ENVELOPE_CHUNKS)
 
 
-def _fly_and_read(
-    runner: ChunkRunner, folder: RunFolder, results: RunAccumulator, options: RunOptions, flights: PhaseProgress
-) -> None:
-    """Flies the chunks that the folder lacks and adds all chunks to the results. A damaged chunk is flown again."""
-    unread: set[int] = set(folder.chunks.number.tolist())
-    while (missing := _missing(folder)) or unread:
+def _fly_and_fold(executor: Executor, folder: RunFolder, results: RunAccumulator, flights: PhaseProgress, samples: int) -> None:
+    """Flies the chunks that the folder lacks and adds all chunks to the results. A damaged chunk is flown again. samples: of the
+    whole campaign."""
+    while (missing := _missing(folder)) or _unfolded(folder, results):
         if missing:
-            _fly_missing(runner, folder, results, options, flights)
+            _fly_missing(executor, folder, results, flights, samples)
         with phase("fold"):
-            for table in folder.read_valid_chunks(sorted(unread.difference(missing))):  # a damaged chunk is missing from then on
-                results.add(*table)
-        unread.clear()
+            executor.fold(_unfolded(folder, results), results, flights.look)  # a damaged chunk is missing from then on
 
 
-def _fly_missing(
-    runner: ChunkRunner, folder: RunFolder, results: RunAccumulator, options: RunOptions, flights: PhaseProgress
-) -> None:
-    """Flies the missing chunks, commits each as it arrives and adds it to the results."""
-    samples, total = folder.requested, max(folder.requested, runner.problem.spec.samples)
+def _unfolded(folder: RunFolder, results: RunAccumulator) -> list[int]:
+    """The finished chunks that the results do not have."""
+    return [chunk for chunk in folder.chunks.number.tolist() if chunk not in results]
+
+
+def _fly_missing(executor: Executor, folder: RunFolder, results: RunAccumulator, flights: PhaseProgress, samples: int) -> None:
+    """Flies the missing chunks and commits each as it arrives. A chunk that no worker has added to totals is added here."""
+    requested = folder.requested
     missing = _missing(folder)
-    flights.begin(samples - sum(min(LANES, samples - chunk * LANES) for chunk in missing), total)
+    flights.begin(requested - sum(min(LANES, requested - chunk * LANES) for chunk in missing), max(requested, samples))
 
-    def commit(result: ChunkResult) -> None:
+    def commit(arrived: Sequence[ChunkResult]) -> None:
         with phase("write"):
-            folder.take_all(result.files)
+            folder.take_all(file for result in arrived for file in result.files)
         with phase("fold"):
-            for table in folder.tables([result.chunk]):  # the results are read back from the disk
+            for table in folder.tables(result.chunk for result in arrived if result.segment is None):  # read back from the disk
                 results.add(*table)
-        flights.count(result.samples)
+        for result in arrived:
+            flights.count(result.samples)
 
-    with phase("fly"), options.executor(runner, folder) as executor:
-        executor.fly(missing, commit, flights.look)
+    executor.fly(missing, commit, flights.look)
 
 
 def _keep_traces(runner: ChunkRunner, folder: RunFolder, samples: Sequence[int], on_progress: OnProgress) -> None:

@@ -107,7 +107,7 @@ MUTANTS = (
     ),
     Mutant(
         "a scheduler of another version",
-        DASK,
+        "execution/executors/dask_connection.py",
         'others = {"the scheduler": found["scheduler"], **found["workers"]}',
         'others = found["workers"]',
         "reliability/test_waiting.py::test_another_version_of_dask_is_refused_before_it_is_sent_anything",

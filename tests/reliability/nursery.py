@@ -74,7 +74,7 @@ def watch(note: Callable[[str], None]) -> None:
 
     at: Any = lambda place: lambda *given: place  # noqa: E731
     for owner, attribute, place in (
-        (run, "_fly_and_read", at("fly")),
+        (run, "_fly_and_fold", at("fly")),
         (run, "_keep_traces", at("worst")),
         (report, "write", at("report")),
         (_fly_and_judge, "_show", at("verdict")),

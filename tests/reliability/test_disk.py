@@ -17,6 +17,8 @@ import pytest
 from rvjax.execution import chunks, identity, replay
 from rvjax.execution import run as running
 from rvjax.execution.chunks import ChunkResult, ChunkRunner
+from rvjax.execution.executors import Take
+from rvjax.execution.executors.threads import ThreadExecutor
 from rvjax.run_folder import RunFolder
 from rvjax.simulation import batch
 from tests.disk import Disk, Killed
@@ -59,20 +61,19 @@ def canned(monkeypatch: pytest.MonkeyPatch) -> None:
     trace, fly = running.trace, running.fly
 
     class Canned:
-        def __init__(self, runner: ChunkRunner) -> None:
-            self.runner = runner
+        def __init__(self, runner: ChunkRunner, folder: RunFolder) -> None:
+            self.runner, self.fold = runner, ThreadExecutor(runner, folder).fold
 
-        def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None], look: Callable[[], None]) -> None:
+        def fly(self, chunks: Iterable[int], take: Take, look: Callable[[], None]) -> None:
             del look
             for chunk in chunks:
                 if chunk not in results:
                     results[chunk] = self.runner.fly_chunk(chunk)
-                take(results[chunk])
+                take([results[chunk]])
 
     @contextmanager
     def executor(runner: ChunkRunner, folder: RunFolder) -> Iterator[Canned]:
-        del folder
-        yield Canned(runner)
+        yield Canned(runner, folder)
 
     def once(problem: Any, flyer: Any, samples: list[int], *more: Any) -> Any:
         if tuple(samples) not in traces:

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -77,10 +77,10 @@ def fly(
     """Flies all chunks into a new folder, the last ones first. seen: called with each, once it is committed."""
     with RunFolder.create(place, described(runner)) as folder, crew(runner, folder) as executor:
 
-        def take(result: ChunkResult) -> None:
-            for file in result.files:
-                folder.take(file)
-            seen(result)
+        def take(results: Sequence[ChunkResult]) -> None:
+            for result in results:
+                folder.take_all(result.files)
+                seen(result)
 
         executor.fly(reversed(range(CHUNKS)), take)
 
@@ -92,7 +92,8 @@ def go_on(runner: ChunkRunner, place: Path) -> None:
         local_threads(runner, folder) as executor,
     ):
         executor.fly(
-            folder.missing(CHUNKS, ENVELOPE_CHUNKS), lambda result: [folder.take(file) for file in result.files] and None
+            folder.missing(CHUNKS, ENVELOPE_CHUNKS),
+            lambda results: folder.take_all(file for result in results for file in result.files),
         )
 
 

@@ -18,7 +18,7 @@ from distributed import KilledWorker
 from rvjax.errors import IncompleteError, UsageError
 from rvjax.execution import run as running
 from rvjax.execution.bench import measurement
-from rvjax.execution.executors import dask_client, waiting
+from rvjax.execution.executors import dask_client, dask_connection, dask_folding, waiting
 from rvjax.execution.executors.dask_client import Workers
 from rvjax.execution.executors.dask_worker import Unlike
 from rvjax.simulation import jax_config
@@ -31,8 +31,10 @@ from tests.short import CAMPAIGN
 def soon(monkeypatch: pytest.MonkeyPatch) -> None:
     """Limits of a fraction of a second."""
     for name in ("ANSWER_S", "READY_S", "WORKER_S", "STALL_S"):
-        monkeypatch.setattr(dask_client, name, 0.3)
-    monkeypatch.setattr(dask_client, "LOOK_S", 0.05)
+        for module in (dask_client, dask_connection, dask_folding):
+            monkeypatch.setattr(module, name, 0.3, raising=False)
+    for module in (dask_client, dask_folding):
+        monkeypatch.setattr(module, "LOOK_S", 0.05)
     monkeypatch.setattr(waiting, "LOOK_S", 0.05)
 
 
@@ -65,7 +67,7 @@ class Dask:
 
 def crew(client: Dask, said: list[str]) -> Workers:
     """The workers behind a client."""
-    return Workers(client, "name", Path(), said.append)  # pyright: ignore[reportArgumentType]
+    return Workers(client, "name", Path(), said.append, SimpleNamespace())  # pyright: ignore[reportArgumentType]
 
 
 def test_a_call_that_never_returns_ends_with_its_reason() -> None:
@@ -138,7 +140,7 @@ def test_an_answer_or_a_chunk_that_is_not_sent() -> None:
     assert dask_client._at_hand(Asked("finished", never)) is None  # pyright: ignore[reportArgumentType]
     assert dask_client._at_hand(Asked("finished", lambda: 7)) == 7  # pyright: ignore[reportArgumentType]
     with pytest.raises(IncompleteError, match=r"sent no chunk for 0\.3 s"):
-        workers._next(Queue())
+        workers._next(Queue(), lambda: None)
 
 
 @pytest.mark.parametrize(("who", "version"), [("tcp://w", "2020.1.0"), ("the scheduler", "2020.1.0"), ("", "2026.8.0")])
@@ -150,12 +152,12 @@ def test_another_version_of_dask_is_refused_before_it_is_sent_anything(who: str,
     found["workers"]["tcp://w"] = other if who == "tcp://w" else mine
     client: Any = SimpleNamespace(get_versions=lambda: found)
     if not who:
-        dask_client._check_versions(client, print)
+        dask_connection.check_versions(client, print)
         return
     with pytest.raises(UsageError, match=f"{who}: distributed 2020.1.0, here 2026.8.0$"):
-        dask_client._check_versions(client, print)
+        dask_connection.check_versions(client, print)
     with pytest.raises(IncompleteError, match="does not answer"):
-        dask_client._check_versions(SimpleNamespace(get_versions=never), lambda _: None)  # pyright: ignore[reportArgumentType]
+        dask_connection.check_versions(SimpleNamespace(get_versions=never), lambda _: None)  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize(
@@ -191,7 +193,7 @@ def test_a_scheduler_that_starts_a_moment_later_is_waited_for(monkeypatch: pytes
 
     monkeypatch.setattr("socket.create_connection", connect)
     said: list[str] = []
-    dask_client._try_address("tls://[::1]:8786", said.append)
+    dask_connection.try_address("tls://[::1]:8786", said.append)
     assert tries == [("::1", 8786)] * 2
     assert len(said) == 1
 

@@ -27,24 +27,26 @@ def main(spec: dict[str, Any]) -> None:
     configure(spec["precision"])
     from rvjax.execution.bench.worker import forget_peak, peak_mb, say
     from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
-    from rvjax.execution.executors.threads import ThreadExecutor
+    from rvjax.execution.executors.threads import map_in_threads
     from rvjax.simulation.batch import LANES
     from rvjax.simulation.problem import load
 
     chunks = range(ENVELOPE_CHUNKS, ENVELOPE_CHUNKS + math.ceil(spec["samples"] / LANES))
     problem = shortened(load(spec["campaign"]), spec["steps"], chunks.stop * LANES)
-    executor = ThreadExecutor(ChunkRunner(problem, {}))
+    runner = ChunkRunner(problem, {})
     lanes = 0
 
     def take(result: ChunkResult) -> None:
         nonlocal lanes
         lanes += result.samples
 
-    executor.fly(range(ENVELOPE_CHUNKS), take)  # compiles; only these chunks keep envelopes
+    map_in_threads(
+        runner.fly_chunk, range(ENVELOPE_CHUNKS), take, runner.flyer.stop
+    )  # compiles; only these chunks keep envelopes
     forget_peak()
     lanes, times, started = 0, 0, time.perf_counter()
     while time.perf_counter() - started < MIN_S:
-        executor.fly(chunks, take)
+        map_in_threads(runner.fly_chunk, chunks, take, runner.flyer.stop)
         times += 1
     spent = time.perf_counter() - started
     if lanes != times * len(chunks) * LANES:

@@ -1,8 +1,8 @@
 """Executor: Dask workers, processes on this machine or on many.
 
-A task is a chunk's number. Where a worker is lost, the scheduler gives its chunks to others. A worker that sees the run folder
-at the same path writes its data files itself, any other worker sends them. Only the client commits files, so a single process
-writes the journal.
+A task is the numbers of a few chunks. Where a worker is lost, the scheduler gives its chunks to others. A worker that sees the
+run folder at the same path writes its data files itself and adds them to totals, which are collected at the end (`dask_folding`).
+Any other worker sends its files. Only the client commits files, so a single process writes the journal.
 """
 
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false, reportUnknownArgumentType=false, reportMissingTypeStubs=false
@@ -10,39 +10,49 @@ writes the journal.
 
 from __future__ import annotations
 
-import logging
 import time
 import uuid
-from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections import Counter, deque
+from collections.abc import Callable, Generator, Iterable, Mapping
 from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from queue import Empty, Queue
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 from rvjax.components.extras import lacking
-from rvjax.cores import cores
 from rvjax.errors import IncompleteError, UsageError
 
 if lack := lacking("dask", "distributed"):
     raise UsageError(f"--dask needs {lack}; accepted: pip install 'rvjax[dask]'")
 
-from dask import config
-from dask.utils import parse_timedelta
-from distributed import Client, Future, KilledWorker, LocalCluster
-from distributed.comm.addressing import parse_host_port
+from distributed import Client, Future, KilledWorker
 
+from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.execution.chunks import ChunkResult, ChunkRunner
-from rvjax.execution.executors import ExecutorFactory
-from rvjax.execution.executors.dask_worker import DaskWorkerState, Failed, Unlike, WorkOrder, fly, ready
-from rvjax.execution.executors.waiting import LOOK_S, Say, reach, within
+from rvjax.execution.executors import ExecutorFactory, Take, look_at_nothing
+from rvjax.execution.executors.dask_connection import ANSWER_S, check_versions, connect, parse, silence, try_address
+from rvjax.execution.executors.dask_folding import Folding
+from rvjax.execution.executors.dask_worker import DaskWorkerState, TaskResult, Unlike, WorkOrder, fly, ready
+from rvjax.execution.executors.waiting import LOOK_S, Say, within
 from rvjax.execution.identity import packages
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import LANES
 
+__all__ = ["Workers", "parse", "workers"]
+
 AHEAD = 2
-"""Chunks in flight for each thread of the workers: one flies, one waits."""
+"""Tasks in flight for each thread of the workers: one flies, one waits."""
+
+TASK_S = 2.0
+"""Seconds that a task shall take: the scheduler and this process have about a millisecond of work with each."""
+
+TASKS_A_SECOND = 250
+"""With more threads than fit, tasks are longer, so that no more of them end in a second."""
+
+MOST_CHUNKS = 64
+"""Of a task: so many are flown again where its worker dies."""
 
 RETRIES = 2
 """Retries of a chunk whose flight raises an error. Where its worker dies, Dask gives the chunk to others, as often as
@@ -56,9 +66,6 @@ MOST_SUSPECT = 16
 
 PATIENCE_S = 60.0
 """How long a file that a worker has written may take to appear here: network file systems show names late."""
-
-ANSWER_S = 120.0
-"""How long the scheduler may take to answer."""
 
 READY_S = 600.0
 """How long workers may take to import their packages and say what they would fly."""
@@ -76,35 +83,25 @@ _DEAF = "the Dask scheduler does not answer"
 _CANNOT = "a Dask worker cannot fly: {}; install the same rvjax[dask] there"
 
 
-def parse(text: str) -> int | str:
-    """`local:4` → 4 workers; `tcp://host:8786` → that address. UsageError for anything else."""
-    kind, _, rest = text.partition(":")
-    if kind == "local" and rest.isdecimal() and 0 < int(rest) <= 1024:
-        return int(rest)
-    if kind in ("tcp", "tls", "ws", "wss", "ucx") and rest.startswith("//") and len(rest) > 2:
-        return text
-    raise UsageError(f"--dask {text}: accepted: local:N with N worker processes here, or a scheduler's tcp://host:port")
-
-
 def workers(place: int | str, say: Say) -> ExecutorFactory:
     """An executor of Dask workers: N processes on this machine, or those of a scheduler. say: gets messages on progress.
 
     UsageError where nobody listens at the scheduler's address, which is tried at once.
     """
     if isinstance(place, str):
-        _try_address(place, say)
+        try_address(place, say)
 
     @contextmanager
     def executor(runner: ChunkRunner, folder: RunFolder) -> Generator[Workers, None, None]:
         with ExitStack() as stack:
-            stack.enter_context(_silence())
-            client = stack.enter_context(_client(place, stack))
+            stack.enter_context(silence())
+            client = stack.enter_context(connect(place, stack))
             say(f"Dask: {client.dashboard_link or 'no dashboard'}")
             token = f".workers.{uuid.uuid4().hex}"  # a temporary name: it is removed later where this process is killed
             (folder.path / token).touch()
             stack.callback((folder.path / token).unlink, missing_ok=True)
             state = DaskWorkerState(_order(runner, folder, token, isinstance(place, int)))
-            _check_versions(client, say)
+            check_versions(client, say)
             try:
                 within(READY_S, lambda: client.register_plugin(state), "a Dask worker or the scheduler does not answer", say)
             except IncompleteError:
@@ -112,87 +109,127 @@ def workers(place: int | str, say: Say) -> ExecutorFactory:
             except Exception as error:  # any error of a worker
                 raise UsageError(_CANNOT.format(error)) from error
             stack.callback(_dismiss, client, state.name)
-            yield Workers(client, state.name, folder.path, say)
+            folding = Folding(client, state.name, folder, say)
+            yield Workers(client, state.name, folder.path, say, folding)
 
     return executor
+
+
+class _Task(NamedTuple):
+    """Chunks that fly together."""
+
+    chunks: tuple[int, ...]
+    future: Future
 
 
 class Workers:
     """The workers of a scheduler."""
 
-    def __init__(self, client: Client, name: str, folder: Path, say: Say) -> None:
-        self._client, self._name, self._folder, self._say = client, name, folder, say
+    def __init__(self, client: Client, name: str, folder: Path, say: Say, folding: Folding) -> None:
+        self._client, self._name, self._folder, self._say, self._folding = client, name, folder, say, folding
         self._threads, self._counted = 0, -LOOK_S
+        self._numbers, self._pace = count(), 0.0
 
-    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None], look: Callable[[], None] = lambda: None) -> None:
-        """As `Executor.fly`, in order of completion. `look` is not called: workers do not report flights under way. UsageError
-        where a worker would fly other bits than the client."""
+    def fly(self, chunks: Iterable[int], take: Take, look: Callable[[], None] = look_at_nothing) -> None:
+        """As `Executor.fly`, in order of completion. UsageError where a worker would fly other bits than the client."""
         self._compare()
-        todo, lost = iter(chunks), dict[int, str]()
+        todo, lost = deque(chunks), dict[int, str]()
         while len(lost) < MOST_LOST:
-            suspects = self._fly(todo, AHEAD, take, lost)
+            suspects = self._fly(todo, AHEAD, take, lost, look)
             for chunk in suspects:  # each alone: other chunks on a worker that dies are lost with it
-                for _ in self._fly(iter([chunk]), 1, take, lost):
+                for _ in self._fly(deque([chunk]), 1, take, lost, look):
                     lost[chunk] = f"every worker that flew it died, also when it flew alone; {suspects[chunk]}"
             if not suspects:
                 break
         if lost:
             raise IncompleteError("\n".join(_lost(chunk, why) for chunk, why in sorted(lost.items())))
 
-    def _fly(self, todo: Iterator[int], ahead: int, take: Callable[[ChunkResult], None], lost: dict[int, str]) -> dict[int, str]:
-        """Flies the chunks of `todo`; returns those whose workers died, up to `MOST_SUSPECT`; the rest stays in `todo`."""
-        flying, failures, suspects = dict[int, Future](), Counter[int](), dict[int, str]()
-        done: Queue[int] = Queue()
+    def fold(self, chunks: Iterable[int], results: RunAccumulator, look: Callable[[], None] = look_at_nothing) -> None:
+        """As `Executor.fold`: the workers do it, and merge their totals."""
+        self._folding.collect(chunks, results, look, self._count)
+
+    def _fly(self, todo: deque[int], ahead: int, take: Take, lost: dict[int, str], look: Callable[[], None]) -> dict[int, str]:
+        """Flies the chunks of `todo`; returns those whose workers died, some more than `MOST_SUSPECT` at most; the rest stays in
+        `todo`."""
+        flying, failures, suspects = dict[int, _Task](), Counter[int](), dict[int, str]()
+        done, arrived = Queue[int](), list[ChunkResult]()
         try:
             while True:
                 on = len(lost) < MOST_LOST and len(suspects) < MOST_SUSPECT
-                while on and len(flying) < ahead * self._count() and (chunk := next(todo, None)) is not None:
-                    flying[chunk] = self._submit(chunk, done)
+                while on and todo and len(flying) < ahead * self._count():
+                    self._submit(self._group(todo, ahead), flying, done)
                 if not flying:
                     return suspects
-                chunk = self._next(done)
-                outcome = self._outcome(flying[chunk])
-                if outcome is None:
-                    _tell(flying[chunk], chunk, done)
-                    continue
-                del flying[chunk]
-                if isinstance(outcome, ChunkResult):
-                    take(self._arrived(outcome))
-                elif isinstance(outcome, Failed):
-                    failures[chunk] += 1
-                    if failures[chunk] > RETRIES:
-                        lost[chunk] = f"{failures[chunk]} times {outcome.why}"
+                for number in self._next(done, look):
+                    outcome = self._outcome(flying[number].future)
+                    if outcome is None:
+                        _tell(flying[number].future, number, done)
+                        continue
+                    task = flying.pop(number)
+                    if isinstance(outcome, TaskResult):
+                        arrived += outcome.flown
+                        self._pace = _average(self._pace, outcome.seconds / len(task.chunks))
+                        for failed in outcome.failed:
+                            failures[failed.chunk] += 1
+                            if failures[failed.chunk] > RETRIES:
+                                lost[failed.chunk] = f"{failures[failed.chunk]} times {failed.why}"
+                            else:
+                                self._submit((failed.chunk,), flying, done)
+                    elif isinstance(outcome, Unlike):
+                        self._say(f"worker {outcome.worker} is retired, since it would fly other bits:\n{outcome.why}")
+                        self._retire(outcome.worker)
+                        self._submit(task.chunks, flying, done)
                     else:
-                        flying[chunk] = self._submit(chunk, done)
-                elif isinstance(outcome, Unlike):
-                    self._say(f"worker {outcome.worker} is retired, since it would fly other bits:\n{outcome.why}")
-                    self._retire(outcome.worker)
-                    flying[chunk] = self._submit(chunk, done)
-                else:
-                    suspects[chunk] = f"the last at {outcome.last_worker.address}"
+                        suspects |= dict.fromkeys(task.chunks, f"the last at {outcome.last_worker.address}")
+                self._hand_over(arrived, take)
         except BaseException:
-            for future in flying.values():
-                if isinstance(outcome := _at_hand(future), ChunkResult):
-                    take(self._arrived(outcome))
+            for task in flying.values():
+                if isinstance(outcome := _at_hand(task.future), TaskResult):
+                    arrived += outcome.flown
+            self._hand_over(arrived, take)
             raise
         finally:
             with suppress(IncompleteError):
-                within(LOOK_S, lambda: self._client.cancel(list(flying.values())), _DEAF)
+                within(LOOK_S, lambda: self._client.cancel([task.future for task in flying.values()]), _DEAF)
 
-    def _submit(self, chunk: int, done: Queue[int]) -> Future:
-        key = f"{self._name}-chunk-{chunk}-{uuid.uuid4().hex[:8]}"
-        future = self._client.submit(fly, self._name, chunk, key=key)
-        _tell(future, chunk, done)
-        return future
+    def _group(self, todo: deque[int], ahead: int) -> tuple[int, ...]:
+        """The chunks of the next task: enough for `TASK_S`, and fewer towards the end, so that all threads end together."""
+        threads = self._count()
+        long_enough = int(max(TASK_S, threads / TASKS_A_SECOND) / self._pace) if self._pace else 1
+        size = max(1, min(long_enough, MOST_CHUNKS, len(todo) // (ahead * threads)))
+        return tuple(todo.popleft() for _ in range(size))
 
-    def _next(self, done: Queue[int]) -> int:
-        """The next chunk that is done, flown or failed. IncompleteError where none comes for `STALL_S`."""
+    def _submit(self, chunks: tuple[int, ...], flying: dict[int, _Task], done: Queue[int]) -> None:
+        number = next(self._numbers)
+        key = f"{self._name}-chunk-{chunks[0]}-{uuid.uuid4().hex[:8]}"
+        flying[number] = _Task(chunks, self._client.submit(fly, self._name, chunks, key=key))
+        _tell(flying[number].future, number, done)
+
+    def _hand_over(self, arrived: list[ChunkResult], take: Take) -> None:
+        """Hands over all that has arrived, once the files that workers have written are visible here, and empties the list."""
+        batch = arrived.copy()
+        arrived.clear()
+        late = time.monotonic() + PATIENCE_S
+        for file in (file for result in batch for file in result.files if file.data is None):
+            while not (self._folder / file.entry.file).exists() and time.monotonic() < late:
+                time.sleep(0.1)
+        if batch:
+            take(batch)
+            self._folding.note(batch)
+
+    def _next(self, done: Queue[int], look: Callable[[], None]) -> list[int]:
+        """The tasks that are done, flown or failed, at least one. IncompleteError where none comes for `STALL_S`."""
         end = time.monotonic() + STALL_S
         while time.monotonic() < end:
             try:
-                return done.get(timeout=LOOK_S)
+                tasks = [done.get(timeout=LOOK_S)]
             except Empty:
                 self._count()
+                look()
+                continue
+            while not done.empty():
+                tasks.append(done.get())
+            return tasks
         raise IncompleteError(
             f"the Dask workers have sent no chunk for {STALL_S:g} s; look at them, then give the same command again"
         )
@@ -201,7 +238,7 @@ class Workers:
         """Dismisses a worker."""
         within(ANSWER_S, lambda: self._client.retire_workers([worker], close_workers=True), _DEAF, self._say)
 
-    def _outcome(self, future: Future) -> ChunkResult | Unlike | Failed | KilledWorker | None:
+    def _outcome(self, future: Future) -> TaskResult | Unlike | KilledWorker | None:
         """The result of a task, or that its workers died; None where the result was lost and the task runs again."""
         if future.status in ("pending", "lost"):
             return None
@@ -295,45 +332,10 @@ class Workers:
         except Exception as error:  # any error of a worker
             raise UsageError(_CANNOT.format(error)) from error
 
-    def _arrived(self, result: ChunkResult) -> ChunkResult:
-        """The result, once the files that its worker has written are visible here."""
-        late = time.monotonic() + PATIENCE_S
-        for file in result.files:
-            while file.data is None and not (self._folder / file.entry.file).exists() and time.monotonic() < late:
-                time.sleep(0.1)
-        return result
 
-
-def _try_address(place: str, say: Say) -> None:
-    """UsageError where nobody listens at a scheduler's address. `ucx` is left to Dask."""
-    kind, _, rest = place.partition("://")
-    accepted = "accepted: the address that `dask scheduler` prints"
-    try:
-        host, port = parse_host_port(rest.partition("/")[0])
-    except ValueError as error:
-        raise UsageError(f"--dask {place}: {error}; {accepted}") from error
-    if kind == "ucx":
-        return
-    patience = parse_timedelta(config.get("distributed.comm.timeouts.connect", "30s"))
-    try:
-        reach(host, int(port), patience, say)
-    except (OSError, OverflowError) as error:
-        raise UsageError(f"--dask {place}: nobody listens there for {patience:g} s: {error}; {accepted}") from error
-
-
-def _check_versions(client: Client, say: Say) -> None:
-    """UsageError where a worker or the scheduler has another version of Dask: it may die of what it is sent."""
-    found = cast("dict[str, Any]", within(ANSWER_S, client.get_versions, "a Dask worker or the scheduler does not answer", say))
-    mine = found["client"]["packages"]
-    others = {"the scheduler": found["scheduler"], **found["workers"]}
-    differing = [
-        f"{who}: {name} {theirs}, here {mine[name]}"
-        for who, answer in others.items()
-        for name in ("dask", "distributed")
-        if (theirs := (answer or {}).get("packages", {}).get(name, mine[name])) != mine[name]
-    ]
-    if differing:
-        raise UsageError("these Dask processes have other versions; install the same rvjax[dask] there\n" + "\n".join(differing))
+def _average(so_far: float, latest: float) -> float:
+    """A running average that follows the latest values; 0: there is none yet."""
+    return (so_far + latest) / 2 if so_far else latest
 
 
 def _at_hand(future: Future) -> Any:
@@ -345,36 +347,9 @@ def _at_hand(future: Future) -> Any:
     return None
 
 
-def _tell(future: Future, chunk: int, done: Queue[int]) -> None:
-    """Puts the chunk into `done` when its task ends."""
-    future.add_done_callback(lambda _: done.put(chunk))
-
-
-@contextmanager
-def _silence() -> Generator[None, None, None]:
-    """Silences Dask's log in this process: tracebacks of lost connections, for which rvjax prints messages."""
-    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "tornado")]
-    levels = {logger: logger.level for logger in map(logging.getLogger, names)}
-    for logger in levels:
-        logger.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        for logger, level in levels.items():
-            logger.setLevel(level)
-
-
-def _client(place: int | str, stack: ExitStack) -> Client:
-    if isinstance(place, int):
-        threads = max(1, cores() // place)
-        local = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": "CRITICAL"}
-        with config.set({"distributed.worker.profile.enabled": False}):  # 5 % of the speed
-            cluster = LocalCluster(n_workers=place, threads_per_worker=threads, processes=True, **local)
-        return Client(stack.enter_context(cluster))
-    try:
-        return Client(place)
-    except (OSError, ValueError) as error:
-        raise UsageError(f"--dask {place}: {error}; accepted: the address that `dask scheduler` prints") from error
+def _tell(future: Future, number: int, done: Queue[int]) -> None:
+    """Puts the number of a task into `done` when it ends."""
+    future.add_done_callback(lambda _: done.put(number))
 
 
 def _order(runner: ChunkRunner, folder: RunFolder, token: str, local: bool) -> WorkOrder:

@@ -1,26 +1,35 @@
-"""State of a Dask worker that flies a campaign's chunks: one for each worker process and campaign.
+"""State of a Dask worker that flies a campaign's chunks, and the tasks it does: one for each worker process and campaign.
 
 Every worker gets it, also a worker that connects later. The first task prepares it in a thread of the worker, before JAX starts
 there. A worker that would fly other bits than the client (other versions, code, processor or settings) reports that and does
-not fly.
+not fly. A worker that sees the run folder adds what it has flown to totals of its own, and keeps them until they are collected.
 """
 
 from __future__ import annotations
 
 import signal
 import tempfile
-from collections.abc import Mapping
+import time
+import uuid
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 from typing import Any, cast
 
+import pyarrow as pa
 from distributed import Worker, WorkerPlugin, get_worker
 
-from rvjax.execution.chunks import ChunkResult, ChunkRunner
+from rvjax.analysis.accumulator import RunAccumulator
+from rvjax.components.samplers import sampling_design_of
+from rvjax.errors import DamagedError, FolderError, RvjaxError
+from rvjax.execution.chunks import ChunkResult, ChunkRunner, Segment
 from rvjax.execution.identity import identity, packages
 from rvjax.run_folder import CAMPAIGN, input_files
 from rvjax.run_folder.manifest import differences
+from rvjax.run_folder.parquet import decode
+from rvjax.run_folder.store import compared
 from rvjax.simulation import jax_config
 from rvjax.simulation.problem import load
 
@@ -51,9 +60,19 @@ class Unlike:
 
 @dataclass(frozen=True)
 class Failed:
-    """The message of an error that a flight raised; the exception itself cannot always be sent to the client."""
+    """A chunk whose flight raised an error, and its message; the exception itself cannot always be sent to the client."""
 
+    chunk: int
     why: str
+
+
+@dataclass(frozen=True)
+class TaskResult:
+    """What became of the chunks of a task, and the seconds that it took."""
+
+    flown: tuple[ChunkResult, ...]
+    failed: tuple[Failed, ...]
+    seconds: float
 
 
 class DaskWorkerState(WorkerPlugin):
@@ -70,6 +89,9 @@ class DaskWorkerState(WorkerPlugin):
         self._address, self._threads = str(worker.address), worker.state.nthreads
         self._making = Lock()
         self._runner: ChunkRunner | Unlike | None = None
+        self._adding = Lock()
+        self._segment = Segment(self._address, "")
+        self._totals: RunAccumulator | None = None
 
     def teardown(self, worker: Worker) -> None:
         """Called at the worker when the campaign is over: ends flights whose results are not needed any more."""
@@ -101,31 +123,113 @@ class DaskWorkerState(WorkerPlugin):
         return Unlike(self._address, "\n".join(unlike)) if unlike else ChunkRunner(problem, worker_identity, self._threads)
 
     def fly(self, chunk: int) -> ChunkResult | Unlike:
-        """Flies a chunk. Writes its files into the run folder where this worker sees it; else they are sent."""
+        """Flies a chunk. Writes its files into the run folder where this worker sees it, and adds the samples to its totals; else
+        the files are sent."""
         runner = self.runner()
         if isinstance(runner, Unlike):
             return runner
         if jax_config.precision() != runner.problem.spec.precision:
             return Unlike(self._address, f"another campaign flies there in {jax_config.precision()}")
         result = runner.fly_chunk(chunk)
+        folder = self.folder()
+        if folder is None:
+            return result
+        published = tuple(file.put(folder) for file in result.files)  # what is on the disk was compared with these bytes
+        data = result.files[-1].data
+        return ChunkResult(chunk, published, None if data is None else self._add(chunk, data))
+
+    def folder(self) -> Path | None:
+        """The run folder; None where this worker does not see it."""
         folder = Path(self.order.folder)
-        if (folder / self.order.token).is_file():
-            return result._replace(files=tuple(file.put(folder) for file in result.files))
-        return result
+        return folder if (folder / self.order.token).is_file() else None
+
+    def no_totals(self) -> RunAccumulator:
+        """Totals without any chunk."""
+        runner = self.runner()
+        assert isinstance(runner, ChunkRunner)
+        spec = runner.problem.spec
+        return RunAccumulator(spec.require, sampling_design_of(spec), spec.keep)
+
+    def _add(self, chunk: int, data: bytes) -> Segment | None:
+        """Adds the samples table of a chunk to the totals here. None where they do not fit: the client then reads the file, and
+        says why."""
+        table = decode(data)
+        with self._adding:
+            if self._totals is None:
+                self._totals, self._segment = self.no_totals(), Segment(self._address, uuid.uuid4().hex)
+            if chunk in self._totals:  # flown again, since its first result was lost
+                return self._segment
+            try:
+                self._totals.add(chunk, *table)
+            except RvjaxError:
+                self._totals = None  # part of the chunk may be in them
+                return None
+            return self._segment
+
+    def hand_over(self, segment: str, chunks: Sequence[int]) -> bytes | None:
+        """The totals of a segment, which begins a new one; None unless it is kept here and has just these chunks, ascending."""
+        with self._adding:
+            totals = self._totals
+            if totals is None or segment != self._segment.name:
+                return None
+            self._totals = None
+        return totals.encode() if list(totals.totals.chunks) == list(chunks) else None
 
 
-def fly(name: str, chunk: int) -> ChunkResult | Unlike | Failed:
-    """The task of a chunk."""
-    try:
-        return _state(name).fly(chunk)
-    except Exception as error:  # noqa: BLE001
-        return Failed(f"{type(error).__name__}: {error}")
+def fly(name: str, chunks: Sequence[int]) -> TaskResult | Unlike:
+    """Task: flies chunks."""
+    began, flown, failed = time.monotonic(), list[ChunkResult](), list[Failed]()
+    for chunk in chunks:
+        try:
+            outcome = _state(name).fly(chunk)
+        except Exception as error:  # noqa: BLE001
+            failed.append(Failed(chunk, f"{type(error).__name__}: {error}"))
+            continue
+        if isinstance(outcome, Unlike):
+            return outcome
+        flown.append(outcome)
+    return TaskResult(tuple(flown), tuple(failed), time.monotonic() - began)
 
 
 def ready(name: str) -> Unlike | None:
     """Task: does the worker fly the client's bits? None if it does."""
     runner = _state(name).runner()
     return runner if isinstance(runner, Unlike) else None
+
+
+def hand_over(name: str, segment: str, chunks: Sequence[int]) -> bytes | None:
+    """Task: the totals of a segment that this worker keeps; None where it does not, or where it has other chunks."""
+    return _state(name).hand_over(segment, chunks)
+
+
+def fold(name: str, files: Sequence[tuple[int, str, str]]) -> bytes | None:
+    """Task: totals of committed chunks. files: their numbers, names and SHA-256.
+
+    Damaged files are left out, and files that are not visible here. None where there are no totals then.
+    """
+    state = _state(name)
+    folder = state.folder()
+    if folder is None or isinstance(state.runner(), Unlike):
+        return None
+    totals = state.no_totals()
+    for chunk, file, sha256 in files:
+        with suppress(DamagedError, pa.ArrowException, OSError):
+            totals.add(chunk, *decode(compared(folder, file, sha256)))
+    return totals.encode() if totals.totals.n else None
+
+
+def merge(name: str, *parts: bytes | None) -> bytes | None:
+    """Task: totals of several totals. A part that shares a chunk with one before it is left out, and so is one that is damaged;
+    the client sees which chunks are missing. None where there are no totals."""
+    present = [part for part in parts if part is not None]
+    if len(present) < 2:
+        return present[0] if present else None
+    empty = _state(name).no_totals()
+    totals = empty.decoded(present[0])
+    for part in present[1:]:
+        with suppress(FolderError):
+            totals.merge(empty.decoded(part))
+    return totals.encode()
 
 
 def _state(name: str) -> DaskWorkerState:

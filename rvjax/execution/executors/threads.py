@@ -9,7 +9,9 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import TypeVar
 
-from rvjax.execution.chunks import ChunkResult, ChunkRunner
+from rvjax.analysis.accumulator import RunAccumulator
+from rvjax.execution.chunks import ChunkRunner
+from rvjax.execution.executors import Take, look_at_nothing
 from rvjax.run_folder import RunFolder
 from rvjax.simulation.batch import streams
 
@@ -26,7 +28,7 @@ def map_in_threads(
     items: Iterable[T],
     take: Callable[[R], None],
     stop: Callable[[], None],
-    look: Callable[[], None] = lambda: None,
+    look: Callable[[], None] = look_at_nothing,
 ) -> None:
     """Calls `fly` with every item, several at a time, and `take` with each result, in the order of the items and in this thread.
 
@@ -53,18 +55,23 @@ def map_in_threads(
 
 
 class ThreadExecutor:
-    """Flies chunks in the threads of this process."""
+    """Flies chunks in the threads of this process, and adds chunks of a folder to totals in this thread."""
 
-    def __init__(self, runner: ChunkRunner) -> None:
-        self._runner = runner
+    def __init__(self, runner: ChunkRunner, folder: RunFolder) -> None:
+        self._runner, self._folder = runner, folder
 
-    def fly(self, chunks: Iterable[int], take: Callable[[ChunkResult], None], look: Callable[[], None] = lambda: None) -> None:
+    def fly(self, chunks: Iterable[int], take: Take, look: Callable[[], None] = look_at_nothing) -> None:
         """As `Executor.fly`, in the order of the chunks."""
-        map_in_threads(self._runner.fly_chunk, chunks, take, self._runner.flyer.stop, look)
+        map_in_threads(self._runner.fly_chunk, chunks, lambda result: take([result]), self._runner.flyer.stop, look)
+
+    def fold(self, chunks: Iterable[int], results: RunAccumulator, look: Callable[[], None] = look_at_nothing) -> None:
+        """As `Executor.fold`."""
+        for table in self._folder.read_valid_chunks(chunks):
+            results.add(*table)
+            look()
 
 
 @contextmanager
 def local_threads(runner: ChunkRunner, folder: RunFolder) -> Generator[ThreadExecutor, None, None]:
     """The default executor."""
-    del folder
-    yield ThreadExecutor(runner)
+    yield ThreadExecutor(runner, folder)
