@@ -97,12 +97,14 @@ def flown(cluster: Cluster, chunks: Sequence[int], address: str = "tcp://a") -> 
     return [ChunkResult(n, (FILES[n],), cluster.states[address]._add(n, data)) for n, data in zip(chunks, data, strict=True)]
 
 
-def collected(cluster: Cluster, folder: RunFolder, notes: Sequence[Sequence[ChunkResult]], said: list[str]) -> bytes:
-    """What the client has, after it has noted these results, of all chunks."""
+def collected(
+    cluster: Cluster, folder: RunFolder, notes: Sequence[Sequence[ChunkResult]], said: list[str], chunks: int = CHUNKS
+) -> bytes:
+    """What the client has, after it has noted these results, of the first chunks, by default of all."""
     folding, results = Folding(cluster, "name", folder, said.append), empty()  # pyright: ignore[reportArgumentType]
     for note in notes:
         folding.note(note)
-    folding.collect(range(CHUNKS), results, lambda: None, lambda: 3)
+    folding.collect(range(chunks), results, lambda: None, lambda: 3)
     return results.encode()
 
 
@@ -162,6 +164,13 @@ def test_a_segment_that_is_lost_or_differs_is_made_again_from_the_files(
         first = []
     assert collected(cluster, folder, [first, second], []) == WHOLE
     assert reads == []
+
+
+@pytest.mark.parametrize("noted", [True, False])
+def test_a_chunk_that_is_not_asked_for_is_not_in_the_totals(noted: bool, cluster: Cluster, folder: RunFolder) -> None:
+    """A worker has accumulated it, but it was never committed, or not kept. Kills: samples that the folder does not have."""
+    first, last = flown(cluster, range(CHUNKS - 1)), flown(cluster, [CHUNKS - 1])
+    assert collected(cluster, folder, [first, last if noted else []], [], CHUNKS - 1) == added(range(CHUNKS - 1)).encode()
 
 
 def test_a_chunk_that_flies_twice_at_a_worker_is_added_once(cluster: Cluster, folder: RunFolder) -> None:
