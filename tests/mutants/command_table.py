@@ -301,4 +301,26 @@ MUTANTS = (
         'float(mcnemar(worse, better, better="b"))',
         "ci/test_against.py::test_a_requirement_is_worse_where_samples_no_longer_comply",
     ),
+    # folding at the workers
+    Mutant(
+        "a segment with other chunks than were committed",
+        "execution/executors/dask_worker.py",
+        "return totals.encode() if list(totals.totals.chunks) == list(chunks) else None",
+        "return totals.encode()",
+        "reliability/test_folding.py::test_a_chunk_that_is_not_asked_for_is_not_in_the_totals",
+    ),
+    Mutant(
+        "waiting for the totals of a dead worker",
+        "execution/executors/dask_folding.py",
+        ", allow_other_workers=True",
+        "",
+        "reliability/test_folding.py::test_segments_of_all_workers_are_merged_and_the_client_reads_nothing",
+    ),
+    Mutant(
+        "a chunk that is added again where it flies again",
+        "execution/executors/dask_worker.py",
+        "            if chunk in self._totals:",
+        "            if False:",
+        "reliability/test_folding.py::test_a_chunk_that_flies_twice_at_a_worker_is_added_once",
+    ),
 )
