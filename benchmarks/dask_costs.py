@@ -5,7 +5,7 @@ Flights of a few steps, so that everything beside them shows. Processor time, no
     client      of this process, with the threads of Dask, from the first task to the last commit, for each chunk and each task
     commit      the part of it that reads the files back, compares them with their SHA-256 and writes the journal, for each chunk
     message     the answer of a task as Dask serialises it, where the task is one chunk
-    scheduler   of its process, for each task
+    scheduler   of its process, for each task, less what it takes while nothing is flown, in the same time
     worker      of its processes, for each chunk: a short flight, encoding, publishing, adding
     collect     of this process, and by the clock, until the client has the totals of all chunks
     from files  the same for the next process, which has to have all chunks read again
@@ -26,7 +26,7 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from distributed.protocol import serialize
+from distributed.protocol.serialize import serialize
 
 from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.components.samplers import sampling_design_of
@@ -47,6 +47,9 @@ SHORT = (
     "faults.bias.onset_s={uniform: [1, 2]}",
     "require=[{metric: captured, at_least: 0.95}, {metric: settling_time_s, quantile: 0.9, below: 200}]",
 )
+
+IDLE_S = 5.0
+"""How long nothing is flown, to see what the scheduler takes then."""
 
 
 def main() -> None:
@@ -101,9 +104,11 @@ def row(chunks: int, count: int) -> list[str]:
                 committing += time.thread_time() - began
                 arrived.extend(results)
 
-            before = spent([scheduler]), spent(crew)
-            client, _ = cost(lambda: executor.fly(range(chunks), take))
-            scheduling, flying = spent([scheduler]) - before[0], spent(crew) - before[1]
+            before = spent([scheduler])
+            time.sleep(IDLE_S)
+            idle, before = (spent([scheduler]) - before) / IDLE_S, (spent([scheduler]), spent(crew))
+            client, clock = cost(lambda: executor.fly(range(chunks), take))
+            scheduling, flying = spent([scheduler]) - before[0] - idle * clock, spent(crew) - before[1]
             tasks = next(executor._numbers)
             results = totals(problem)
             collecting = cost(lambda: executor.fold(range(chunks), results))
