@@ -20,7 +20,7 @@ from rvjax.execution.executors.dask_folding import Folding
 from rvjax.execution.executors.dask_worker import DaskWorkerState, WorkOrder
 from rvjax.run_folder import RunDescription, RunFolder
 from rvjax.run_folder.data_file import DataFile
-from rvjax.run_folder.manifest import Key
+from rvjax.run_folder.entry import Key
 from tests.stats.test_merging import COLUMNS, SIZE, TABLES, added, empty
 
 CHUNKS = 24

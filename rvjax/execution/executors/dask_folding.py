@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from queue import Empty, Queue
 
+import numpy as np
 from distributed import Client, Future
 
 from rvjax.analysis.accumulator import RunAccumulator
@@ -76,8 +77,9 @@ class Folding:
         """Tasks that add chunks from their files."""
         if len(chunks) > MOST_FILES:
             self._say(f"{len(chunks)} chunks are read by the Dask workers")
-        entries = {entry.number: entry for entry in self._folder.chunks} if chunks else {}
-        files = [(chunk, entries[chunk].file, entries[chunk].sha256) for chunk in chunks]
+        finished = self._folder.chunks
+        wanted = finished.those(np.isin(finished.number, chunks))
+        files = [(entry.number, entry.file, entry.sha256) for entry in wanted]
         size = max(1, min(MOST_FILES, -(-len(files) // max(1, threads))))
         return [
             self._client.submit(fold, self._name, files[first : first + size], pure=False) for first in range(0, len(files), size)
