@@ -25,6 +25,7 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 from distributed.protocol.serialize import serialize
 
@@ -52,6 +53,23 @@ IDLE_S = 5.0
 """How long nothing is flown, to see what the scheduler takes then."""
 
 
+class DaskCosts(NamedTuple):
+    """What flying chunks with Dask took. client, committing, scheduling, flying: seconds of a processor. message: bytes of all
+    answers. collecting, reading: seconds of a processor and by the clock. totals, files: bytes."""
+
+    chunks: int
+    tasks: int
+    client: float
+    committing: float
+    message: int
+    scheduling: float
+    flying: float
+    collecting: tuple[float, float]
+    reading: tuple[float, float]
+    totals: int
+    files: int
+
+
 def main() -> None:
     """Prints the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -71,10 +89,19 @@ def main() -> None:
     ]
     print(" ".join(f"{column:>14}" for column in (*columns, "collect", "by clock", "from files", "by clock", "totals")))
     for chunks in given.chunks:
-        print(" ".join(f"{cell:>14}" for cell in row(chunks, given.workers)), flush=True)
+        print(" ".join(f"{cell:>14}" for cell in row(measured(chunks, given.workers))), flush=True)
 
 
-def row(chunks: int, count: int) -> list[str]:
+def row(costs: DaskCosts) -> list[str]:
+    """The cells of a line."""
+    chunks, tasks, client = costs.chunks, costs.tasks, costs.client
+    each = [f"{1e3 * value:.2f} ms" for value in (client / chunks, client / tasks, costs.committing / chunks)]
+    per = [f"{costs.message / chunks:.0f} B", f"{1e3 * costs.scheduling / tasks:.2f} ms", f"{1e3 * costs.flying / chunks:.0f} ms"]
+    whole = [f"{value:.2f} s" for value in (*costs.collecting, *costs.reading)]
+    return [str(chunks), str(tasks), *each, *per, *whole, f"{costs.totals / 1e6:.1f} MB"]
+
+
+def measured(chunks: int, count: int) -> DaskCosts:
     """What flying a number of chunks costs."""
     overrides = [*SHORT, f"samples={chunks * LANES}"]
     problem = load(CAMPAIGN, overrides)
@@ -88,7 +115,7 @@ def row(chunks: int, count: int) -> list[str]:
         inputs=problem.spec.source.inputs,
     )
     arrived: list[ChunkResult] = []
-    tasks = committing = 0.0
+    tasks, committing = 0, 0.0
     with ExitStack() as stack:
         place = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         address, scheduler, crew = stack.enter_context(cluster(count))
@@ -118,10 +145,8 @@ def row(chunks: int, count: int) -> list[str]:
             reading = cost(lambda: executor.fold(range(chunks), again))
         assert again.encode() == results.encode()
     message = sum(len(frame) for result in arrived for frame in serialize(TaskResult((result,), (), 0.0))[1])
-    each = [f"{1e3 * value:.2f} ms" for value in (client / chunks, client / tasks, committing / chunks)]
-    per = [f"{message / chunks:.0f} B", f"{1e3 * scheduling / tasks:.2f} ms", f"{1e3 * flying / chunks:.0f} ms"]
-    whole = [f"{value:.2f} s" for value in (*collecting, *reading)]
-    return [str(chunks), str(tasks), *each, *per, *whole, f"{len(results.encode()) / 1e6:.1f} MB"]
+    size, files = len(results.encode()), sum(file.entry.bytes for result in arrived for file in result.files)
+    return DaskCosts(chunks, tasks, client, committing, message, scheduling, flying, collecting, reading, size, files)
 
 
 def totals(problem: Problem) -> RunAccumulator:

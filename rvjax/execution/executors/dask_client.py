@@ -48,7 +48,7 @@ AHEAD = 2
 TASK_S = 2.0
 """Seconds that a task shall take: the scheduler and this process have about a millisecond of work with each."""
 
-TASKS_A_SECOND = 250
+TASKS_A_SECOND = 100
 """With more threads than fit, tasks are longer, so that no more of them end in a second."""
 
 MOST_CHUNKS = 64
