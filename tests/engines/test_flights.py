@@ -118,9 +118,10 @@ def test_optimised_code_flies_the_same_bits(name: str) -> None:
 
 
 @pytest.mark.parametrize("samples", [1, 24, 61])
-def test_threads_change_no_bit(samples: int) -> None:
+def test_threads_change_no_bit(samples: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a chunk that flies on several: more of them than groups, and groups that they cannot share evenly. Kills: a group that
     no thread flies, or two; a thread with the numbers of another."""
+    monkeypatch.setattr("rvjax.simulation.engines.llvm.engine.WORTH_A_THREAD", 1)
     found = problem("quickstart.yaml")
     _, drawn = Draws.of(found, np.arange(samples))
     engine = LlvmEngine(found.loop, found.metrics)

@@ -39,14 +39,18 @@ PAYS = 1_500_000
 """Steps of single samples from which on optimising pays: code that is compiled as fast as possible takes a second more for two
 million steps, and optimising takes a second."""
 
+WORTH_A_THREAD = 500
+"""Steps of a group, about a millisecond, below which handing work to a thread takes longer than it gains."""
+
 Rows = NDArray[Any]
 
 
 class Traced(NamedTuple):
-    """A function of a flight as a scalar program, and the tree of its results as shapes."""
+    """A function of a flight as a scalar program, the tree of its results as shapes, and how many numbers that is."""
 
     program: Program
     results: Any
+    size: int
 
 
 class Flight:
@@ -83,7 +87,8 @@ class Flight:
                 function, stepped = self._functions[name]
                 given = (self.numbers, self.carry, self._k) if stepped else (self.numbers,)
                 with phase("trace"):
-                    self._traced[name] = Traced(*scalarised(function, *given, step=stepped))
+                    program, results = scalarised(function, *given, step=stepped)
+                    self._traced[name] = Traced(program, results, count(results))
             return self._traced[name]
 
     def count_begun(self, steps: int) -> None:
@@ -177,17 +182,18 @@ class LlvmChunk:
         rows = np.asarray(jax.tree.leaves(drawn), dtype=real)
         self.samples, self._numbers = rows.shape[1], packed(rows, functions.lanes)
         self._groups = len(self._numbers)
-        self._carry = self._memory(functions.carry, real)
+        self._carry = self._memory(count(functions.carry), real)
         functions.function("begin")(self._groups, 0, 1, self._numbers, self._carry, self._carry)
 
-    def _memory(self, tree: Any, kind: Any) -> Rows:
-        return blocks(self._groups, count(tree), self._flight.lanes, kind)
+    def _memory(self, leaves: int, kind: Any) -> Rows:
+        return blocks(self._groups, leaves, self._flight.lanes, kind)
 
     def advance(self, first: int, last: int, threads: int = 1) -> None:
         """Flies from step `first` to step `last`, on several threads. Which thread flies a group changes no bit."""
         if first >= last:
             return
-        advance, parts = self._flight.function("advance"), min(threads, self._groups)
+        advance = self._flight.function("advance")
+        parts = max(1, min(threads, self._groups, self._groups * (last - first) // WORTH_A_THREAD))
         edges = [self._groups * part // parts for part in range(parts + 1)]
 
         def fly(part: int) -> None:
@@ -217,10 +223,10 @@ class LlvmChunk:
         return self._tree(self._numbers, self._flight.numbers), self._tree(self._carry, self._flight.carry)
 
     def _looked(self, name: str, k: int) -> Any:
-        results = self._flight.traced(name).results
-        out = self._memory(results, np.float64)
+        traced = self._flight.traced(name)
+        out = self._memory(traced.size, np.float64)
         self._flight.function(name)(self._groups, k, k + 1, self._numbers, self._carry, out)
-        return self._tree(out, results)
+        return self._tree(out, traced.results)
 
     def _tree(self, memory: Rows, shapes: Any) -> Any:
         """The arrays over the lanes; a NaN has its usual bits."""
