@@ -74,6 +74,11 @@ class Flyer:
         """How many lanes fly for up to LANES samples: LANES with an engine of fixed lanes, else no more than needed."""
         return LANES if self.engine.fixed_lanes else samples
 
+    @property
+    def divides_chunks(self) -> bool:
+        """Whether a chunk alone flies on all threads."""
+        return not self.engine.fixed_lanes
+
     def fly(
         self,
         drawn: Drawn,

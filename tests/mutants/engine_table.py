@@ -60,5 +60,6 @@ MUTANTS = (
     Mutant("a phase with the phases inside it", "timings.py", "+= whole - self.inside", "+= whole", "run/test_timings.py::test_a_phase_does_not_count_the_phases_inside_it"),
     Mutant("phases of other threads in the main thread", "timings.py", "(_main if current_thread() is main_thread() else _threads)", "_main", "run/test_timings.py::test_other_threads_are_counted_apart"),
     Mutant("sums that end at any line end", "run_folder/checksums.py", 'text.split("\\n")', "text.splitlines()", "results/test_run_folder.py::test_only_a_line_feed_ends_a_line_of_the_sums"),
+    Mutant("a first chunk that waits for others", "execution/executors/threads.py", "begin(1 if first_alone else 2 * streams())", "begin(2 * streams())", "run/test_timings.py::test_the_first_item_may_fly_alone"),
     Mutant("a program compiled for each chunk", ENGINE, "            if (name, level) not in self._compiled:\n", "            if True:\n", "run/test_compiling.py::test_machine_code_is_made_once"),
 )  # fmt: skip

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from rvjax import timings
+from rvjax.execution.executors.threads import map_in_threads
 from rvjax.report import build
 from rvjax.timings import phase
 from tests.program import Run
@@ -117,3 +119,20 @@ def test_a_run_says_where_its_time_went(rvjax: Run, tmp_path: Path) -> None:
     assert (tmp_path / "run" / "summary.json").read_text(encoding="utf-8") == summary
     rvjax("run", CAMPAIGN, "--out", tmp_path / "again", *SETS, "--quiet")
     assert "timings" not in json.loads((tmp_path / "again" / "summary.json").read_text(encoding="utf-8"))
+
+
+def test_the_first_item_may_fly_alone() -> None:
+    """And the order stays. Kills: a first chunk that shares the cores with others, so that it ends late; results that are lost or
+    change places."""
+    events: list[tuple[str, int]] = []
+    taken: list[int] = []
+
+    def fly(item: int) -> int:
+        events.append(("begins", item))
+        time.sleep(0.01)
+        events.append(("ends", item))
+        return item
+
+    map_in_threads(fly, range(9), taken.append, lambda: None, first_alone=True)
+    assert events[:2] == [("begins", 0), ("ends", 0)]
+    assert taken == [*range(9)]

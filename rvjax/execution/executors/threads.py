@@ -29,21 +29,25 @@ def map_in_threads(
     take: Callable[[R], None],
     stop: Callable[[], None],
     look: Callable[[], None] = look_at_nothing,
+    first_alone: bool = False,
 ) -> None:
     """Calls `fly` with every item, several at a time, and `take` with each result, in the order of the items and in this thread.
 
-    look: called several times a second while this thread waits. Memory holds a few results at a time. On an interrupt
-    `stop` ends the flights, and `take` gets what was flown before.
+    look: called several times a second while this thread waits. first_alone: the others begin when the first has ended. Memory
+    holds a few results at a time. On an interrupt `stop` ends the flights, and `take` gets what was flown before.
     """
     todo, flying = iter(items), deque[Future[R]]()
     with ThreadPoolExecutor(streams()) as threads:
+
+        def begin(most: int) -> None:
+            flying.extend(threads.submit(fly, item) for item in islice(todo, most - len(flying)))
+
         try:
-            while True:
-                flying.extend(threads.submit(fly, item) for item in islice(todo, 2 * streams() - len(flying)))
-                if not flying:
-                    break
+            begin(1 if first_alone else 2 * streams())
+            while flying:
                 while not wait([flying[0]], LOOK_S).done:
                     look()
+                begin(2 * streams() + 1)
                 take(flying.popleft().result())
         except BaseException:
             stop()
@@ -61,8 +65,11 @@ class ThreadExecutor:
         self._runner, self._folder = runner, folder
 
     def fly(self, chunks: Iterable[int], take: Take, look: Callable[[], None] = look_at_nothing) -> None:
-        """As `Executor.fly`, in the order of the chunks."""
-        map_in_threads(self._runner.fly_chunk, chunks, lambda result: take([result]), self._runner.flyer.stop, look)
+        """As `Executor.fly`, in the order of the chunks. If a chunk can fly on all threads, the first does, so it ends soon."""
+        flyer = self._runner.flyer
+        map_in_threads(
+            self._runner.fly_chunk, chunks, lambda result: take([result]), flyer.stop, look, first_alone=flyer.divides_chunks
+        )
 
     def fold(self, chunks: Iterable[int], results: RunAccumulator, look: Callable[[], None] = look_at_nothing) -> None:
         """As `Executor.fold`."""
