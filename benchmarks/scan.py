@@ -18,7 +18,8 @@ from typing import Any
 
 from rvjax.run_folder import CAMPAIGN, RunDescription, RunFolder, atomic_files
 from rvjax.run_folder.entry import Entry, Key
-from rvjax.run_folder.journal import MOST_LINES, Journal
+from rvjax.run_folder.journal import Journal
+from rvjax.run_folder.local_storage import MOST_LINES, LocalStorage
 from rvjax.run_folder.manifest import Head, Manifest
 
 LANES = 416
@@ -46,7 +47,7 @@ def enter(root: Path, entries: Sequence[Entry], lines: int) -> None:
     """Writes manifest and journal; the last entries are in lines of the journal."""
     samples, campaign = len(entries) * LANES, atomic_files.sha256(TEXT.encode())
     head = Head(name="scan", samples=samples, identity=IDENTITY, provenance={}, campaign=campaign)
-    journal, folded = Journal(root), len(entries) - lines
+    journal, folded = Journal(LocalStorage(root)), len(entries) - lines
     journal.fold(Manifest(head, entries[:folded]))
     if lines:
         journal.append(entries[folded:])

@@ -21,6 +21,7 @@ from rvjax.campaign.source import Source, read
 from rvjax.components import user_watch
 from rvjax.components.object_files import file_of
 from rvjax.components.registry import FAMILY_OF
+from rvjax.places import Place, place_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -85,7 +86,7 @@ class Campaign:
 
         return load(self.source, self.overrides)
 
-    def fly(self, out: str | Path | None = None, *, progress: bool | OnProgress = True, until_decided: bool = False) -> Run:
+    def fly(self, out: str | Place | None = None, *, progress: bool | OnProgress = True, until_decided: bool = False) -> Run:
         """Flies into a run folder, or resumes it; as `rvjax run`. Errors as of `rvjax.fly_campaign`."""
         from rvjax.execution.run import run
 
@@ -111,8 +112,8 @@ class Campaign:
 class Run:
     """A finished run, read from its folder."""
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+    def __init__(self, path: str | Place) -> None:
+        self.path = place_of(path)
 
     @cached_property
     def folder(self) -> RunFolder:
@@ -148,14 +149,14 @@ class Run:
         return self._judged[1]
 
     @property
-    def report(self) -> Path:
+    def report(self) -> Place:
         """The report."""
         return self.path / "report.html"
 
     @cached_property
     def summary(self) -> dict[str, Any]:
         """Every number of the report, with its interval."""
-        return json.loads((self.path / "summary.json").read_text(encoding="utf-8"))
+        return json.loads(self.folder.read_bytes("summary.json"))
 
     def replay(self, sample: int, every: int = 1) -> pd.DataFrame:
         """The trace of a sample, flown again bit for bit. Errors as of `rvjax.replay_sample`."""

@@ -29,6 +29,7 @@ from rvjax.analysis.verdicts.sentences import title
 from rvjax.campaign import Requirement
 from rvjax.columns import DRAW, Column, drawn_columns, metric_column
 from rvjax.errors import UsageError
+from rvjax.places import Place
 from rvjax.run_folder import RunFolder, atomic_files
 from rvjax.stats import holm, mcnemar
 
@@ -69,12 +70,12 @@ class BaselineComparison:
         return f"{self.what}: {result} than {baseline}: {self.worse} samples worse, {self.better} better (p = {self.p:.2g})."
 
 
-def write(folder: str | Path, path: Path) -> None:
+def write(folder: str | Place, path: Path) -> None:
     """Writes the baseline of a finished run. Errors as in `account_and_verdicts`; UsageError if nothing can be compared."""
     atomic_files.replace(path, _of(RunFolder.open(folder)).encode())
 
 
-def against(folder: str | Path, path: Path) -> list[BaselineComparison]:
+def against(folder: str | Place, path: Path) -> list[BaselineComparison]:
     """Compares a finished run with a baseline.
 
     UsageError if the file is not a baseline, or if its draws, requirements or metrics differ from the run.

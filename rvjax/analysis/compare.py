@@ -36,6 +36,7 @@ from rvjax.columns import METRIC, Column, metric_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.components.settings import default
 from rvjax.errors import UsageError
+from rvjax.places import Place
 from rvjax.run_folder import BASELINES, OUTCOMES, RunFolder
 from rvjax.stats import Estimate, Pairs
 from rvjax.stats.sampling_design import Independent
@@ -117,8 +118,8 @@ class Comparison:
     that succeed with A alone come first, and each group begins with its worst sample.
     """
 
-    a: Path
-    b: Path
+    a: Place
+    b: Place
     n: int
     requested: tuple[int, int]
     confidence: float
@@ -146,8 +147,8 @@ def sides(folder: Path, other: Path | None = None, baseline: str | None = None) 
 
 
 def compare(
-    a: str | Path,
-    b: str | Path,
+    a: str | Place,
+    b: str | Place,
     *,
     margin: float = 0.0,
     confidence: float = 0.95,
@@ -164,7 +165,7 @@ def compare(
     first columns); IncompleteError if samples are missing; FolderError if a folder is damaged.
     """
     _check(margin, confidence, quantiles)
-    folders = folder_of(Path(a)), folder_of(Path(b))
+    folders = folder_of(a), folder_of(b)
     specs = campaign_of(folders[0]), campaign_of(folders[1])
     for folder, spec in zip(folders, specs, strict=True):
         if not isinstance(design := sampling_design_of(spec), Independent):

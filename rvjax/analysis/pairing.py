@@ -23,6 +23,7 @@ from rvjax.campaign import Requirement
 from rvjax.campaign.plain_values import exact, is_list, is_mapping
 from rvjax.columns import DRAW, Column, drawn_columns, metric_column
 from rvjax.errors import FolderError, IncompleteError, UsageError
+from rvjax.places import Place, place_of
 from rvjax.run_folder import OUTCOMES, RunFolder
 
 BLOCK = 16_384
@@ -203,9 +204,10 @@ def _keep(
         values[rows] = frame[name].to_numpy(dtype=float)
 
 
-def folder_of(path: Path) -> RunFolder:
+def folder_of(place: str | Place) -> RunFolder:
     """Opens a run folder; UsageError if the path does not exist."""
-    if not path.exists():
+    path = place_of(place)
+    if isinstance(path, Path) and not path.exists():
         raise UsageError(f"{path}: no such folder; accepted: a run folder, written by `rvjax run`")
     return RunFolder.open(path)
 

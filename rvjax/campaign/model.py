@@ -333,8 +333,11 @@ def _checked(source: Source) -> tuple[Spec | None, list[Finding], Source]:
     return spec, [], source
 
 
-def load(path: str | Path, overrides: Sequence[str] = ()) -> Spec:
-    """The campaign in a file. overrides: `place=value`, as in `--set`. CampaignError with every finding."""
+def load(path: str | Path | Source, overrides: Sequence[str] = ()) -> Spec:
+    """The campaign in a file, or in a source that was read before. overrides: `place=value`, as in `--set`.
+
+    CampaignError with every finding.
+    """
     spec, findings, _ = parse(path, overrides)
     if spec is None:
         raise CampaignError(findings)

@@ -20,6 +20,7 @@ import rvjax
 from rvjax.cli import _completion, _help, _streams
 from rvjax.cli._output import Output, say
 from rvjax.errors import CampaignError, Finding, IncompleteError, RvjaxError
+from rvjax.places import place_of
 
 COMMANDS = (
     *("init", "check-component", "validate", "run", "check", "report", "compare", "tune", "worst", "replay"),
@@ -41,11 +42,24 @@ Engine = Annotated[
     Literal["auto", "llvm", "xla"] | None, typer.Option("--engine", help="What compiles the flights; replaces the campaign's.")
 ]
 Campaign = Annotated[Path, typer.Argument(metavar="FILE", help="A campaign file.", autocompletion=_completion.campaigns)]
-Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A run folder.", autocompletion=_completion.run_folders)]
+Folder = Annotated[
+    Path,
+    typer.Argument(
+        metavar="DIR", help="A run folder, also s3://bucket/prefix.", autocompletion=_completion.run_folders, parser=place_of
+    ),
+]
 Dask = Annotated[
     str | None, typer.Option("--dask", metavar="WHERE", help="Fly on Dask workers: tcp://scheduler:8786, or local:N processes.")
 ]
-Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="The run folder; default reports/<name>/<identity>.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        metavar="DIR",
+        help="The run folder, also s3://bucket/prefix; default reports/<name>/<identity>.",
+        parser=place_of,
+    ),
+]
 TimingsOption = Annotated[bool, typer.Option("--timings", help="Print where the time went; also in summary.json.")]
 
 JunitXml = Annotated[Path | None, typer.Option("--junit-xml", metavar="PATH", help="Also write the verdicts as JUnit XML.")]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from rvjax.cli._app import reason
 from rvjax.cli._output import Output, say
 from rvjax.errors import FolderError, RvjaxError, UsageError
+from rvjax.places import Place
 from rvjax.timings import phase
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ class CiOutputs:
         worst = dict(zip(failing, samples, strict=True))
         return [worst.get(index) for index in range(len(verdicts))]
 
-    def compare(self, folder: Path, output: Output) -> Sequence[BaselineComparison]:
+    def compare(self, folder: Place, output: Output) -> Sequence[BaselineComparison]:
         """Compares the run with the baseline, then writes the new baseline."""
         comparisons: Sequence[BaselineComparison] = ()
         if self.against is None and self.write_baseline is None:
@@ -195,7 +196,7 @@ def campaign_name(file: Path, values: Sequence[str] = ()) -> str:
     return stated if isinstance(stated, str) and stated.strip() else file.stem
 
 
-def _advice(folder: Path, sample: int | None) -> str:
+def _advice(folder: Place, sample: int | None) -> str:
     """The path of the report, and the command that replays the worst sample."""
     replay = "" if sample is None else f"\nrvjax replay {shlex.quote(str(folder))} --sample {sample}"
     return f"report: {folder / 'report.html'}{replay}"

@@ -12,6 +12,7 @@ from rvjax.cli._output import Output, verdict_documents
 from rvjax.cli._resuming import resumable
 from rvjax.cli._timings import show_timings
 from rvjax.errors import FolderError, RvjaxError
+from rvjax.places import Place
 from rvjax.timings import phase
 
 if TYPE_CHECKING:
@@ -32,9 +33,9 @@ def fly_and_judge(
     timings: bool = False,
 ) -> int:
     """Flies a campaign and prints its verdicts; returns the exit code. When stopped, prints what is kept and how to resume."""
-    from rvjax.run_folder import atomic_files
+    from rvjax.run_folder.storages import storage_of
 
-    atomic_files.check_folder(out or Path("reports"))
+    storage_of(out or Path("reports")).check()
     with ci_outputs.promised(file, campaign_name(file, values), out) as on_folder:
         ci_outputs.expect(file, values, until_decided=until_decided)
         flown_at = None if dask is None else _workers(dask, output)  # first: a wrong address is refused at once
@@ -48,7 +49,7 @@ def fly_and_judge(
 
         with resumable(output, out) as on_open, output.progress() as on_progress:
 
-            def opened(folder: Path) -> None:
+            def opened(folder: Place) -> None:
                 on_open(folder)
                 on_folder()
 
@@ -78,19 +79,20 @@ def _workers(dask: str, output: Output) -> ExecutorFactory:
     return workers(parse(dask), output.note)
 
 
-def judge(folder: Path, output: Output, ci_outputs: CiOutputs) -> int:
+def judge(folder: Place, output: Output, ci_outputs: CiOutputs) -> int:
     """Prints the verdicts of a run folder; returns the exit code."""
     from rvjax.analysis.verdicts import account_and_verdicts
     from rvjax.execution.run import FinishedRun
     from rvjax.run_folder import CAMPAIGN, RunFolder
 
+    campaign = Path(folder / CAMPAIGN)
     try:
         name = RunFolder.open(folder).name
     except FolderError:  # reported below
-        name = campaign_name(folder / CAMPAIGN)
-    with ci_outputs.promised(folder / CAMPAIGN, name):
+        name = campaign_name(campaign)
+    with ci_outputs.promised(campaign, name):
         account, verdicts = account_and_verdicts(folder)
-        return _show(FinishedRun(folder, account, verdicts), output, ci_outputs, folder / CAMPAIGN)
+        return _show(FinishedRun(folder, account, verdicts), output, ci_outputs, campaign)
 
 
 def _show(finished: FinishedRun, output: Output, ci_outputs: CiOutputs, file: Path) -> int:

@@ -7,19 +7,19 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
 from rvjax.cli._app import Terminated
 from rvjax.cli._output import Output, say
 from rvjax.errors import IncompleteError
+from rvjax.places import Place
 
 
 @contextmanager
-def resumable(output: Output, out: Path | None) -> Iterator[Callable[[Path], None]]:
+def resumable(output: Output, out: Place | None) -> Iterator[Callable[[Place], None]]:
     """Prints the time of what runs inside, or where it is stopped the command that resumes it. Gives the function to call with
     the run folder. out: the folder that the command line names."""
     started = time.monotonic()
-    folders: list[Path] = []
+    folders: list[Place] = []
     try:
         yield folders.append
     except (KeyboardInterrupt, Terminated, IncompleteError) as error:
@@ -34,7 +34,7 @@ def resumable(output: Output, out: Path | None) -> Iterator[Callable[[Path], Non
     output.note(f"done in {time.monotonic() - started:.0f} s")
 
 
-def resuming(arguments: Sequence[str], folder: Path | None) -> list[str]:
+def resuming(arguments: Sequence[str], folder: Place | None) -> list[str]:
     """The command with every option of `arguments`. folder: to add as --out."""
     words = ["rvjax", *arguments]
     if folder is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +13,7 @@ from rvjax.cli._ci_outputs import CiOutputs
 from rvjax.cli._fly_and_judge import fly_and_judge, judge
 from rvjax.cli._output import Output
 from rvjax.errors import UsageError
+from rvjax.places import place_of
 
 
 def command(
@@ -43,9 +43,10 @@ def command(
     """Print verdicts and set the exit code; a FILE flies first."""
     output, values = Output(as_json, quiet), overrides(sets, samples, seed, engine)
     ci_outputs = CiOutputs(junit_xml, against, write_baseline)
-    if not os.path.isdir(place):
-        return fly_and_judge(place, out, values, output, ci_outputs, dask=dask, until_decided=True)
+    where = place_of(place)
+    if isinstance(where, Path) and not where.is_dir():
+        return fly_and_judge(where, out, values, output, ci_outputs, dask=dask, until_decided=True)
     if out is not None or values or dask is not None:
         accepted = "--junit-xml, --against, --write-baseline, --json, --quiet; or a campaign file"
-        raise UsageError(f"{place}: a run folder is judged without flying; accepted: {accepted}")
-    return judge(place, output, ci_outputs)
+        raise UsageError(f"{where}: a run folder is judged without flying; accepted: {accepted}")
+    return judge(where, output, ci_outputs)

@@ -10,6 +10,7 @@ import typer
 from rvjax.cli import _completion
 from rvjax.cli._app import Json
 from rvjax.cli._output import Output
+from rvjax.places import place_of
 
 
 def command(
@@ -25,7 +26,7 @@ def command(
     from rvjax.execution.doctor import examine
 
     output = Output(as_json)
-    examined = examine(folder)
+    examined = examine(folder and place_of(folder))
     output.table(("what", "value"), [(name, str(value)) for name, value in examined.facts.items()])
     output.text(*[f"wrong: {complaint}" for complaint in examined.complaints] or ["nothing is wrong"])
     output.document({"facts": examined.facts, "complaints": examined.complaints, "exit_code": examined.exit_code})

@@ -13,9 +13,8 @@ from typing import Any
 import rvjax
 from rvjax.cores import cores
 from rvjax.errors import FolderError
+from rvjax.places import Place
 from rvjax.run_folder import RunFolder
-from rvjax.run_folder.journal import NAME as JOURNAL
-from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.simulation import jax_config
 from rvjax.simulation.engines.llvm.machine_code import host
 
@@ -44,7 +43,7 @@ class Health:
     exit_code: int
 
 
-def examine(folder: Path | None = None) -> Health:
+def examine(folder: Place | None = None) -> Health:
     """Versions, devices and settings; with a run folder also whether each of its files is intact.
 
     A damaged manifest or journal is rebuilt from the data files."""
@@ -90,9 +89,9 @@ def _llvm() -> tuple[str, str]:
     return f"yes, {target.lanes} float64 numbers in a vector register ({target.cpu})", ""
 
 
-def _open(folder: Path, facts: dict[str, Any]) -> RunFolder:
+def _open(folder: Place, facts: dict[str, Any]) -> RunFolder:
     """The run folder; a damaged manifest is rebuilt."""
-    if not any((folder / name).exists() for name in (MANIFEST, JOURNAL)):
+    if not RunFolder.begun(folder):
         return RunFolder.open(folder)  # raises: not a run folder
     try:
         return RunFolder.open(folder)

@@ -13,7 +13,8 @@ import numpy as np
 
 from rvjax.campaign import Source
 from rvjax.execution.identity import identity, short
-from rvjax.run_folder.manifest import NAME as MANIFEST
+from rvjax.places import Place, place_of
+from rvjax.run_folder.storages import is_run_folder
 from rvjax.simulation import jax_config
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.engines.choice import engine_of
@@ -26,18 +27,18 @@ class Prepared(NamedTuple):
 
     problem: Problem
     identity: Mapping[str, Any]
-    place: Path
+    place: Place
 
 
-def prepare(path: str | Path | Source, overrides: Sequence[str], out: str | Path | None) -> Prepared:
+def prepare(path: str | Path | Source, overrides: Sequence[str], out: str | Place | None) -> Prepared:
     """Loads a campaign. out: the run folder, by default `reports/<name>/<identity>`. Where that is no run folder yet, the step
     begins to compile. Errors: CampaignError with every finding."""
     with phase("load"):
         problem = load(path, overrides)
         jax_config.configure(problem.spec.precision)
         flown_by = identity(problem)
-        place = Path(out) if out is not None else Path("reports") / problem.spec.name / short(flown_by)
-        if not (place / MANIFEST).exists():
+        place = place_of(out) if out is not None else Path("reports") / problem.spec.name / short(flown_by)
+        if not is_run_folder(place):
             drawn = Draws.of(problem, np.arange(1, dtype=np.int64))[1]
             engine_of(problem).prepare(drawn, problem.spec.samples * problem.spec.horizon.steps)
     return Prepared(problem, flown_by, place)

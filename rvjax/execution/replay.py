@@ -16,8 +16,8 @@ from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.columns import Column
 from rvjax.errors import FolderError, UsageError
 from rvjax.execution.identity import identity
+from rvjax.places import Place
 from rvjax.run_folder import RunFolder
-from rvjax.run_folder.folder import CAMPAIGN
 from rvjax.run_folder.manifest import differences
 from rvjax.run_folder.parquet import encode
 from rvjax.simulation import jax_config, tables
@@ -28,7 +28,7 @@ from rvjax.simulation.problem import Problem, load
 Trace = tuple[pd.DataFrame, dict[str, Column]]
 
 
-def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFrame, dict[str, Column], dict[str, Any]]:
+def replay(folder: str | Place, sample: int, every: int = 1) -> tuple[pd.DataFrame, dict[str, Column], dict[str, Any]]:
     """Flies a sample of a run again. Returns its trace (a row for every `every`-th step), the meaning of the trace's columns, and
     the sample's row of the samples table, which the flight has reproduced exactly.
 
@@ -36,9 +36,9 @@ def replay(folder: str | Path, sample: int, every: int = 1) -> tuple[pd.DataFram
     the metrics are not those of the sample's row.
     """
     opened = RunFolder.open(folder)
-    campaign_of(opened)  # verifies the file that is parsed next
+    campaign_of(opened)  # refuses the folder of a search
     rows = recorded(opened, [sample])
-    problem = load(Path(folder) / CAMPAIGN, opened.provenance["overrides"])
+    problem = load(opened.campaign_source(), opened.provenance["overrides"])
     jax_config.configure(problem.spec.precision)
     if differing := differences(opened.identity, identity(problem)):
         what = "\n".join(differing)

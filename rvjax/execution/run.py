@@ -33,9 +33,9 @@ from rvjax.execution.preparation import Prepared, prepare
 from rvjax.execution.progress import OnProgress, PhaseProgress, timed
 from rvjax.execution.progress_display import shown
 from rvjax.execution.replay import Trace, recorded, trace
+from rvjax.places import Place
 from rvjax.run_folder import BASELINES, Account, RunDescription, RunFolder
-from rvjax.run_folder.manifest import NAME as MANIFEST
-from rvjax.run_folder.refusals import leaves_no_folder
+from rvjax.run_folder.storages import is_run_folder, storage_of
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.cautions import cautions
 from rvjax.simulation.problem import Problem, baseline_overrides
@@ -68,7 +68,7 @@ class RunOptions:
     executor: ExecutorFactory = local_threads
     until_decided: bool = False
     on_progress: OnProgress = _ignore
-    on_open: Callable[[Path], None] = _ignore
+    on_open: Callable[[Place], None] = _ignore
     on_baseline: Callable[[str], None] = _ignore
     on_warnings: Callable[[Sequence[Finding]], None] = _ignore
     timings: bool = False
@@ -77,27 +77,27 @@ class RunOptions:
 class FinishedRun(NamedTuple):
     """A run folder, how its samples ended, and the verdict on each requirement."""
 
-    folder: Path
+    folder: Place
     account: Account
     verdicts: tuple[Verdict, ...]
 
 
 def run(
     path: str | Path | Source,
-    out: str | Path | None = None,
+    out: str | Place | None = None,
     overrides: Sequence[str] = (),
     *,
     progress: bool | OnProgress = True,
     until_decided: bool = False,
     executor: ExecutorFactory = local_threads,
     command: Sequence[str] = (),
-) -> Path:
+) -> Place:
     """Flies a campaign into a run folder, writes its report and returns the folder.
 
-    out: the folder, default `reports/<name>/<identity>`. A folder with the same identity is resumed: only missing and damaged
-    chunks are flown. overrides: `place=value` as in `--set`. progress: shown in a terminal and in a notebook; False: nowhere; a
-    function: called instead (`rvjax.execution.progress`). The other arguments are those of `RunOptions`. Warns
-    (CampaignWarning) of what is hardly meant in the campaign.
+    out: the folder, or `s3://bucket/prefix`; default `reports/<name>/<identity>`. A folder with the same identity is resumed:
+    only missing and damaged chunks are flown. overrides: `place=value` as in `--set`. progress: shown in a terminal and in a
+    notebook; False: nowhere; a function: called instead (`rvjax.execution.progress`). The other arguments are those of
+    `RunOptions`. Warns (CampaignWarning) of what is hardly meant in the campaign.
 
     Errors: CampaignError with every finding; UsageError where samples are added to a run that a fixed number of samples has
     judged; FolderError where the folder is damaged or belongs to another run; IncompleteError where a file cannot be written
@@ -118,7 +118,7 @@ def warn(findings: Sequence[Finding]) -> None:
 
 def fly(
     path: str | Path | Source,
-    out: str | Path | None,
+    out: str | Place | None,
     overrides: Sequence[str],
     options: RunOptions,
     prepared: Prepared | None = None,
@@ -129,10 +129,10 @@ def fly(
     spec = problem.spec
     doubtful = cautions(problem)
     options.on_warnings(doubtful)
-    if spec.baselines and not (place / MANIFEST).exists():
+    if spec.baselines and not is_run_folder(place):
         with timed("audit", options.on_progress), phase("audit"):
             prove_baselines(problem)
-    with leaves_no_folder(place), _open(problem, flown_by, place, overrides, options, doubtful) as folder:
+    with storage_of(place).tidied(), _open(problem, flown_by, place, overrides, options, doubtful) as folder:
         options.on_open(place)
         results = _fly_problem(problem, flown_by, folder, options)
         baselines: dict[str, Totals] = {}
@@ -158,14 +158,14 @@ def _fly_baseline(
 def _open(
     problem: Problem,
     flown_by: Mapping[str, Any],
-    place: Path,
+    place: Place,
     overrides: Sequence[str],
     options: RunOptions,
     doubtful: Sequence[Finding] = (),
 ) -> RunFolder:
     """The run folder of a problem, created or resumed, with the samples that are flown first. doubtful: its warnings."""
     spec = problem.spec
-    existing = RunFolder.open(place) if (place / MANIFEST).exists() else None
+    existing = RunFolder.open(place) if is_run_folder(place) else None
     if existing is not None:
         _check_resumable(existing, flown_by, spec)
     samples = spec.samples

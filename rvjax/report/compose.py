@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from rvjax.analysis.verdicts.folders import SEARCH
+from rvjax.places import Place
 from rvjax.report import html, markdown, tuning_report
 from rvjax.report.blocks import Headline, Number, Section
 from rvjax.report.figures import render
@@ -19,7 +19,7 @@ from rvjax.run_folder import RunFolder, verdict_columns
 FORMAT = 1
 
 
-def build(folder: str | Path, png: bool = False) -> Path:
+def build(folder: str | Place, png: bool = False) -> Place:
     """Writes the report of a run folder or of a tuning folder, and returns the path of `report.html`. png: also write the figures
     as PNG files.
 
@@ -32,7 +32,7 @@ def build(folder: str | Path, png: bool = False) -> Path:
     return write(run_folder, open_run(folder), png=png)
 
 
-def write(folder: RunFolder, run: Run, timings: Callable[[], Mapping[str, Any]] | None = None, png: bool = False) -> Path:
+def write(folder: RunFolder, run: Run, timings: Callable[[], Mapping[str, Any]] | None = None, png: bool = False) -> Place:
     """Writes the report of an opened run into its folder and returns the path of `report.html`. It reads no samples.
 
     timings: of the process so far, for the run folder and `summary.json`. png: also write the figures as PNG files.

@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,11 +21,13 @@ from rvjax.campaign import Spec
 from rvjax.columns import CHANNELS, draw_column, drawn_columns, metric_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import FolderError, IncompleteError
+from rvjax.places import Place
 from rvjax.report import fault_severity
 from rvjax.report.blocks import Number
 from rvjax.report.number_format import count
 from rvjax.run_folder import BASELINES, Account, Audited, Column, RunFolder
 from rvjax.run_folder.entries import EntryRows
+from rvjax.run_folder.storages import is_run_folder
 from rvjax.stats.quantile_sketch import Sketch
 from rvjax.stats.sampling_design import SamplingDesign
 
@@ -139,7 +140,7 @@ class Run:
         return (min(low for low, _ in begun), max(high for _, high in begun)) if begun else None
 
 
-def open_run(path: str | Path) -> Run:
+def open_run(path: str | Place) -> Run:
     """Reads and verifies a run folder, with one chunk in memory at a time, and judges its requirements.
 
     Raises FolderError if the path is not a run folder or is damaged, and IncompleteError if no chunk is finished.
@@ -190,7 +191,7 @@ def _baseline(folder: RunFolder, name: str, run: Totals, known: Mapping[str, Tot
     path = folder.path / BASELINES / name
     totals = known.get(name)
     if totals is None:
-        if not path.is_dir():
+        if not is_run_folder(path):
             return None
         totals = Totals()
         for table in RunFolder.open(path).tables():

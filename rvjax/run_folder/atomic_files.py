@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 
 from rvjax.errors import FolderError, IncompleteError, UsageError
+from rvjax.places import Place
 
 _REFUSED = {errno.EACCES, errno.EPERM, errno.EROFS}
 _WRONG_PLACE = {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ELOOP}
@@ -80,13 +81,18 @@ def check_file(path: Path) -> None:
         raise UsageError(f"{path}: cannot be written: {error.strerror}; {accepted}") from error
 
 
+def plain_parts(root: Place, name: str) -> tuple[str, ...]:
+    """The parts of a relative name in a run folder; FolderError if it leads out of the folder."""
+    parts = PurePosixPath(name).parts
+    if not parts or name.startswith("/") or any(c in name for c in "\0\\") or ".." in parts:
+        raise FolderError(f"{root}: {name!r} leads out of the run folder; accepted: the relative path of a file in it")
+    return parts
+
+
 def inside(root: Path, name: str) -> Path:
     """The path of `name` under `root`; FolderError if it leads out of `root`, also through a link."""
-    parts = PurePosixPath(name).parts
-    plain = bool(parts) and not name.startswith("/") and not any(c in name for c in "\0\\") and ".." not in parts
-    path = root.joinpath(*parts) if plain else root
-    home = os.path.realpath(root)
-    if not plain or not os.path.realpath(path).startswith(home + os.sep):
+    path = root.joinpath(*plain_parts(root, name))
+    if not os.path.realpath(path).startswith(os.path.realpath(root) + os.sep):
         raise FolderError(f"{root}: {name!r} leads out of the run folder; accepted: the relative path of a file in it")
     return path
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from pathlib import Path
 
 from rvjax.run_folder import atomic_files
+from rvjax.run_folder.storage import Storage
 
 NAME = "SHA256SUMS"
 
@@ -15,21 +15,20 @@ _LINE = re.compile(r"([0-9a-f]{64})  (\S.*)")
 _ADVICE = "`rvjax report` makes it again"
 
 
-def seal(root: Path, made: Mapping[str, str]) -> None:
+def seal(storage: Storage, made: Mapping[str, str]) -> None:
     """Writes the SHA-256 of the files, by name, and removes figures of an earlier report that are not among them."""
-    atomic_files.replace(root / NAME, "".join(f"{digest}  {name}\n" for name, digest in sorted(made.items())).encode())
-    for name in _existing(root) - made.keys():
-        with atomic_files.explained(root / name):
-            (root / name).unlink()
+    storage.replace(NAME, "".join(f"{digest}  {name}\n" for name, digest in sorted(made.items())).encode())
+    for name in _existing(storage) - made.keys():
+        storage.remove(name)
 
 
-def complaints(root: Path) -> list[str]:
+def complaints(storage: Storage) -> list[str]:
     """A message for each file that is missing or was changed; empty if no report was made."""
+    root, existing = storage.place, _existing(storage)
     path = root / NAME
-    existing = _existing(root)
-    if not atomic_files.exists(path):
+    if not storage.exists(NAME):
         return [f"{path}: missing, so the report cannot be verified; {_ADVICE}"] if existing else []
-    data = atomic_files.read(path)
+    data = storage.read(NAME)
     text = data.decode(errors="replace").removesuffix("\n")
     lines = [_LINE.fullmatch(line) for line in text.split("\n")]  # splitlines would also split at \v, \f and the like
     noted = {match[2]: match[1] for match in lines if match}
@@ -39,20 +38,20 @@ def complaints(root: Path) -> list[str]:
     for name in sorted(existing | noted.keys()):
         if name not in existing:
             messages.append(f"{root / name}: missing, but listed in {NAME}; {_ADVICE}")
-        elif noted.get(name) != atomic_files.sha256(atomic_files.read(root / name)):
+        elif noted.get(name) != atomic_files.sha256(storage.read(name)):
             messages.append(f"{root / name}: damaged or edited, its SHA-256 is not that in {NAME}; {_ADVICE}")
     return messages
 
 
-def verified(root: Path, name: str) -> bytes | None:
+def verified(storage: Storage, name: str) -> bytes | None:
     """The bytes of a file; None if it is missing or its SHA-256 is not in `SHA256SUMS`."""
-    if not atomic_files.exists(root / NAME) or not atomic_files.exists(root / name):
+    if not storage.exists(NAME) or not storage.exists(name):
         return None
-    data = atomic_files.read(root / name)
+    data = storage.read(name)
     noted = f"{atomic_files.sha256(data)}  {name}"
-    return data if noted in atomic_files.read(root / NAME).decode(errors="replace").split("\n") else None
+    return data if noted in storage.read(NAME).decode(errors="replace").split("\n") else None
 
 
-def _existing(root: Path) -> set[str]:
+def _existing(storage: Storage) -> set[str]:
     """The names of all files from this report or an earlier report."""
-    return {name for name, _ in atomic_files.listing(root, ("", "figures"), sweep=False) if _MADE.fullmatch(name)}
+    return {name for name, _ in storage.listing(("", "figures"), sweep=False) if _MADE.fullmatch(name)}

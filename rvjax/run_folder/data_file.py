@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from rvjax.columns import Column
 from rvjax.run_folder import atomic_files, parquet
 from rvjax.run_folder.entry import Entry, Key
 from rvjax.run_folder.samples_table import KEYS
+from rvjax.run_folder.storage import Storage
 
 
 class DataFile(NamedTuple):
@@ -30,23 +30,23 @@ class DataFile(NamedTuple):
         samples = np.array([key.number]) if key.part == "traces" else np.asarray(table["sample"])
         return cls(_entry(key, data, samples), data)
 
-    def put(self, root: Path, durable: bool = True) -> DataFile:
+    def put(self, storage: Storage, durable: bool = True) -> DataFile:
         """Writes the bytes into a run folder. The first writer wins; all writers write the same bytes.
 
         durable: the file's name is on the disk on return; otherwise the caller must sync its folder.
         """
         if self.data is not None:
-            path = atomic_files.inside(root, self.entry.file)
-            if not atomic_files.publish(path, self.data, durable):  # an existing file with this name and other bytes is damaged
-                atomic_files.set_aside(root, self.entry.file)
-                atomic_files.publish(path, self.data, durable)
+            name = self.entry.file
+            if not storage.publish(name, self.data, durable):  # an existing file with this name and other bytes is damaged
+                storage.set_aside(name)
+                storage.publish(name, self.data, durable)
         return DataFile(self.entry, None)
 
 
-def recognised(root: Path, file: str, identity: str) -> Entry | None:
+def recognised(storage: Storage, file: str, identity: str) -> Entry | None:
     """The entry of a data file; None if the file is damaged or belongs to a run with another identity."""
     key = Key.of(file)
-    data = atomic_files.read(atomic_files.inside(root, file))
+    data = storage.read(file)
     if key is None or key.file(atomic_files.sha256(data)) != file:
         return None
     try:

@@ -7,7 +7,6 @@ temporary files are removed, whole files of this run are added (their names cont
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -20,53 +19,49 @@ import pandas as pd
 import pyarrow as pa
 
 from rvjax.campaign.named_files import INPUTS
+from rvjax.campaign.source import Source
 from rvjax.columns import Column
 from rvjax.cores import cores
 from rvjax.errors import DamagedError, FolderError, IncompleteError, UsageError
+from rvjax.places import Place
 from rvjax.run_folder import atomic_files, checksums, input_files, verdict_columns
 from rvjax.run_folder.data_file import DataFile
 from rvjax.run_folder.entries import EntryRows, neighbours
-from rvjax.run_folder.entries_file import is_entries_file
-from rvjax.run_folder.entry import PARTS, Entry, Key, Part
-from rvjax.run_folder.journal import NAME as JOURNAL
+from rvjax.run_folder.entry import Entry, Key, Part
+from rvjax.run_folder.made_files import CAMPAIGN, MadeFiles
 from rvjax.run_folder.manifest import NAME as MANIFEST
-from rvjax.run_folder.manifest import Audited, Head, differences, digest, json_bytes, plain
+from rvjax.run_folder.manifest import Audited, Head, differences, digest, plain
 from rvjax.run_folder.parquet import decode, some_of
 from rvjax.run_folder.run_description import RunDescription
 from rvjax.run_folder.samples_table import OUTCOMES, Account, Samples, check_chunk, join
+from rvjax.run_folder.storage import LEASE
+from rvjax.run_folder.storages import storage_of
 from rvjax.run_folder.store import Store, compared
 
-CAMPAIGN = "campaign.yaml"
-"""The campaign file in a run folder."""
 BASELINES = "baselines"
 """The folder with the run folders of the baseline controllers, which flew the same draws."""
-
-_DATA = {*PARTS, atomic_files.QUARANTINE, INPUTS, CAMPAIGN, MANIFEST, JOURNAL, checksums.NAME}
 
 Table = tuple[pd.DataFrame, dict[str, Column]]
 
 
-class RunFolder:
+class RunFolder(MadeFiles):
     """A run folder, open for reading, and for writing by a single process at a time; leaving the context closes it.
 
     Use `create`, `open` or `resume` to get a RunFolder. path: the folder.
     """
 
-    def __init__(self, path: Path, store: Store) -> None:
-        self.path = path
+    def __init__(self, store: Store) -> None:
+        super().__init__(store.storage)
         self._store = store
-        self._written: dict[str, str] = {}
 
     @classmethod
-    def create(cls, path: str | Path, run: RunDescription) -> Self:
+    def create(cls, path: str | Place, run: RunDescription) -> Self:
         """Makes a new run folder with the campaign and its input files, without data.
 
         FolderError if the folder exists and is not empty or cannot be written, UsageError if another process writes there.
         """
-        root, text = Path(path), run.campaign_text.encode()
-        with atomic_files.explained(root):
-            root.mkdir(parents=True, exist_ok=True)
-            atomic_files.sync(root.parent)
+        storage, text = storage_of(path), run.campaign_text.encode()
+        storage.make()
         head = Head(
             name=run.name,
             samples=run.samples,
@@ -74,31 +69,31 @@ class RunFolder:
             provenance=plain(run.provenance),
             campaign=atomic_files.sha256(text),
         )
-        store = Store.new(root, head)
+        store = Store.new(storage, head)
         try:
-            with atomic_files.explained(root):
-                expected = (CAMPAIGN, JOURNAL, *([] if input_files.foreign(root, run.inputs) else [INPUTS]))
-                if any(name not in expected and not atomic_files.is_temporary(name) for name in os.listdir(root)):
-                    raise FolderError(f"{root}: there already and not empty; resume it, or choose another folder with --out")
-            atomic_files.sweep(root, [""])
-            atomic_files.replace(root / CAMPAIGN, text)
-            head.inputs = input_files.write(root, run.inputs)
+            expected = (CAMPAIGN, storage.log.name, LEASE, *([] if input_files.foreign(storage, run.inputs) else [INPUTS]))
+            if any(name not in expected for name in storage.names()):
+                raise FolderError(f"{storage.place}: there already and not empty; resume it, or choose another folder with --out")
+            for _ in storage.listing([""]):
+                pass  # it removes what a stopped process left unfinished
+            storage.replace(CAMPAIGN, text)
+            head.inputs = input_files.write(storage, run.inputs)
             store.fold()
         except BaseException:
             store.release()
             raise
-        return cls(root, store)
+        return cls(store)
 
     @classmethod
-    def open(cls, path: str | Path) -> Self:
+    def open(cls, path: str | Place) -> Self:
         """Opens a run folder.
 
         FolderError if it is not a run folder or its manifest or journal is damaged. Other files are verified when they are read.
         """
-        return cls(Path(path), Store.open(Path(path)))
+        return cls(Store.open(storage_of(path)))
 
     @classmethod
-    def resume(cls, path: str | Path, run: RunDescription, lanes: int) -> Self:
+    def resume(cls, path: str | Place, run: RunDescription, lanes: int) -> Self:
         """Opens a run folder to fly the samples that it lacks. lanes: samples of a full chunk.
 
         Name, provenance and campaign file of the run replace those in the folder. The names and sizes of all files are checked: a
@@ -123,11 +118,11 @@ class RunFolder:
             store.take_stock(run.samples, lanes)
             started = {key: folder.provenance[key] for key in ("started",) if key in folder.provenance}
             text = run.campaign_text.encode()
-            atomic_files.replace(folder.path / CAMPAIGN, text)
+            store.storage.replace(CAMPAIGN, text)
             head = store.manifest.head
             head.name, head.campaign = run.name, atomic_files.sha256(text)
             head.provenance = {**plain(run.provenance), **started}
-            head.inputs = input_files.write(folder.path, run.inputs)
+            head.inputs = input_files.write(store.storage, run.inputs)
             store.fold()
         except BaseException:
             store.release()
@@ -135,12 +130,18 @@ class RunFolder:
         return folder
 
     @classmethod
-    def rebuild(cls, path: str | Path) -> Self:
+    def rebuild(cls, path: str | Place) -> Self:
         """Rebuilds a damaged manifest or journal from the data files, which are verified by their names.
 
         FolderError if both manifest and journal are damaged.
         """
-        return cls(Path(path), Store.rebuild(Path(path)))
+        return cls(Store.rebuild(storage_of(path)))
+
+    @staticmethod
+    def begun(path: str | Place) -> bool:
+        """Whether there is a run folder, or the rest of one without a manifest, which may be rebuilt."""
+        storage = storage_of(path)
+        return storage.exists(MANIFEST) or bool(storage.log.read(""))
 
     def __enter__(self) -> Self:
         return self
@@ -222,10 +223,15 @@ class RunFolder:
 
     def campaign_text(self) -> str:
         """The text of the campaign file. It and the input files are verified; DamagedError if any was changed."""
-        text = compared(self.path, CAMPAIGN, self._store.manifest.head.campaign).decode()
-        if messages := input_files.complaints(self.path, self._store.manifest.head.inputs):
+        text = compared(self._storage, CAMPAIGN, self._store.manifest.head.campaign).decode()
+        if messages := input_files.complaints(self._storage, self._store.manifest.head.inputs):
             raise DamagedError("\n".join(messages))
         return text
+
+    def campaign_source(self) -> Path | Source:
+        """The campaign file for `rvjax.campaign.load`, verified with its input files; errors as in `campaign_text`."""
+        self.campaign_text()
+        return self._storage.campaign(CAMPAIGN, self._store.manifest.head.inputs)
 
     def take(self, file: DataFile) -> None:
         """Adds a data file and writes it unless a worker has: on the disk and in the journal on return.
@@ -283,7 +289,7 @@ class RunFolder:
 
         Empty if there is no extract with these chunks and columns, or if the samples have gaps.
         """
-        data, chunks = checksums.verified(self.path, verdict_columns.NAME), self.chunks
+        data, chunks = checksums.verified(self._storage, verdict_columns.NAME), self.chunks
         extract = None if data is None else verdict_columns.decoded(data, chunks, names)
         if extract is None or not len(chunks) or not chunks.contiguous:
             return []
@@ -356,31 +362,6 @@ class RunFolder:
         """Verifies all files of some parts and moves damaged files to `quarantine/`."""
         self._store.set_aside([key for part in parts for key in self._store.keys(part) if self._store.complaint(key)])
 
-    def write_summary(self, summary: Mapping[str, Any]) -> Path:
-        """Writes `summary.json`, strict JSON; numbers that are not finite become null."""
-        return self.write_bytes("summary.json", json_bytes(summary))
-
-    def write_text(self, name: str, text: str) -> Path:
-        """Writes a text file (UTF-8) atomically; bytes of a path that are not UTF-8 are escaped."""
-        return self.write_bytes(name, text.encode(errors="backslashreplace"))
-
-    def write_bytes(self, name: str, data: bytes) -> Path:
-        """Writes a file that is made from the data, atomically, over an older version; returns its path.
-
-        `seal` records the SHA-256 of all these files. FolderError if `name` leads out of the folder or names data.
-        """
-        path = atomic_files.inside(self.path, name)
-        place = path.relative_to(self.path).parts[0]
-        if place in _DATA or is_entries_file(place):
-            raise FolderError(f"{path}: holds data of the run, which rvjax never overwrites; accepted: another name")
-        atomic_files.replace(path, data)
-        self._written[path.relative_to(self.path).as_posix()] = atomic_files.sha256(data)
-        return path
-
-    def seal(self) -> None:
-        """Records the SHA-256 of every file from `write_bytes`, `write_text` and `write_summary`."""
-        checksums.seal(self.path, self._written)
-
     def verify(self) -> None:
         """Verifies every file of the folder; FolderError names all files that are missing or damaged."""
         complaints = [complaint for key in self._store.manifest.entries if (complaint := self._store.complaint(key))]
@@ -388,7 +369,7 @@ class RunFolder:
             self.campaign_text()
         except FolderError as error:
             complaints.append(str(error))
-        complaints += checksums.complaints(self.path)
+        complaints += checksums.complaints(self._storage)
         if complaints:
             raise FolderError("\n".join(complaints))
 

@@ -8,24 +8,22 @@ line without its end; its data file is recognised by its name.
 
 from __future__ import annotations
 
-import errno
 import json
-import os
 from collections.abc import Iterable
-from pathlib import Path
+from functools import partial
 from typing import Any, Self
 
 import pyarrow as pa
 from pydantic import ValidationError
 
 from rvjax.errors import FolderError
+from rvjax.places import Place
 from rvjax.run_folder import atomic_files
 from rvjax.run_folder.entries_file import EntriesFile, decode, encode, is_entries_file
 from rvjax.run_folder.entry import ENTRIES, Entry
 from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.run_folder.manifest import REBUILD, Document, Head, Manifest, plain
-
-NAME = "journal.jsonl"
+from rvjax.run_folder.storage import Storage
 
 _CHECK = len('["0123456789abcdef", ')
 
@@ -33,73 +31,64 @@ _CHECK = len('["0123456789abcdef", ')
 LISTED = 4_096
 """The largest number of entries that the manifest lists itself; more are in a file that it names."""
 
-MOST_LINES = 16_384
-"""The number of lines after which a commit folds the journal into the manifest, so that both are read fast."""
-
 
 class Journal:
     """Keeps a manifest on the disk: appends lines to the journal file, and folds them into the manifest file."""
 
-    def __init__(self, root: Path) -> None:
-        self.root = root
-        self._handle: int | None = None
-        self._length = self._lines = 0
+    def __init__(self, storage: Storage) -> None:
+        self.storage = storage
+        self._open = False
+        self._lines = 0
         self._folded: tuple[Any, ...] | None = None
         self._digests: tuple[str, ...] = ()
         self._listed: EntriesFile | None = None
         self._listed_revision = 0
 
     @classmethod
-    def read(cls, root: Path) -> tuple[Self, Manifest]:
+    def read(cls, storage: Storage) -> tuple[Self, Manifest]:
         """The journal and the manifest with the journal's files.
 
         FolderError if the path is not a run folder, or if one of its files was changed or is missing.
         """
+        root = storage.place
         path = root / MANIFEST
-        if not atomic_files.exists(path):
+        if not storage.exists(MANIFEST):
             raise FolderError(f"{root}: not a run folder, it has no {MANIFEST}; accepted: one written by `rvjax run`")
-        data = atomic_files.read(path)
-        journal, document = cls(root), Document.decode(path, data)
+        data = storage.read(MANIFEST)
+        journal, document = cls(storage), Document.decode(path, data)
+        digest = atomic_files.sha256(data)
         try:
             manifest = journal._manifest(document)
+            text = storage.log.read(digest)
+            base, _, entries = _decode(root / storage.log.name, text)
         except FolderError:
-            if atomic_files.read(path) == data:
+            if _text(storage, MANIFEST) == data:
                 raise
-            return cls.read(root)  # a writer has replaced the manifest, and removed the entries file of the former
-        text = _text(root / NAME)
-        base, _, entries = _decode(root / NAME, text)
-        journal._digests = atomic_files.sha256(data), atomic_files.sha256(text)
+            return cls.read(storage)  # a writer has replaced the manifest, and removed what belonged to the former
+        journal._digests = digest, atomic_files.sha256(text)
         if base == journal._digests[0]:
             if not entries and text.endswith(b"\n"):  # nothing after the first line
-                journal._folded, journal._length = _state(manifest), len(text)
+                journal._folded = _state(manifest)
             manifest.entries.update({entry.key: entry for entry in entries})
         return journal, manifest
 
     @property
     def current(self) -> bool:
         """Whether both files are still the same as when they were read."""
-        return self._digests == tuple(atomic_files.sha256(_text(self.root / name)) for name in (MANIFEST, NAME))
+        digest = atomic_files.sha256(_text(self.storage, MANIFEST))
+        return self._digests == (digest, atomic_files.sha256(self.storage.log.read(digest)))
 
     @property
     def due(self) -> bool:
         """Whether `fold` is needed before the next `append`: it did not succeed, or there are many lines."""
-        return self._handle is None or self._lines >= MOST_LINES
+        return not self._open or self._lines >= self.storage.most_lines
 
     def append(self, entries: Iterable[Entry]) -> None:
         """Appends a line for each data file; all lines are on the disk on return, or none is. Only after `fold`."""
-        lines = b"".join(_line(entry.model_dump()) for entry in entries)
+        lines = [_line(entry.model_dump()) for entry in entries]
         self._folded = None
-        with atomic_files.explained(self.root / NAME):
-            assert self._handle is not None
-            try:
-                if os.write(self._handle, lines) < len(lines):
-                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-                os.fsync(self._handle)
-            except OSError:
-                os.ftruncate(self._handle, self._length)  # removes incomplete lines
-                raise
-        self._length += len(lines)
-        self._lines += lines.count(b"\n")
+        self.storage.log.append(b"".join(lines))
+        self._lines += len(lines)
 
     def fold(self, manifest: Manifest) -> None:
         """Writes the manifest, then an empty journal that extends it, so that nothing is lost between the two.
@@ -107,31 +96,33 @@ class Journal:
         The file of many entries is written before the manifest that names it, and an older one is removed at the end. In a new
         folder the manifest comes last: it makes the folder a run folder. If all files are up to date, they stay.
         """
-        state = _state(manifest)
+        state, storage = _state(manifest), self.storage
         if state != self._folded:
             self.close()
             self._folded = None
+            storage.log.seal()
             self._write_entries(manifest)
             data = manifest.encode(self._listed)
-            head = _line({"base": atomic_files.sha256(data), "head": state[0]})
-            new = {MANIFEST: data, NAME: head}
-            for name in new if (self.root / MANIFEST).exists() else reversed(new):
-                atomic_files.replace(self.root / name, new[name])
-            self._folded, self._length, self._lines = state, len(head), 0
-        if self._handle is None:
+            base = atomic_files.sha256(data)
+            head = _line({"base": base, "head": state[0]})
+            steps = (partial(storage.swap, MANIFEST, data), partial(storage.log.start, base, head))
+            for step in steps if storage.exists(MANIFEST) else reversed(steps):
+                step()
+            self._folded, self._lines = state, 0
+        if not self._open:
             self._sweep()
-            with atomic_files.explained(self.root / NAME):
-                self._handle = os.open(self.root / NAME, os.O_WRONLY | os.O_APPEND)
+            storage.log.open()
+            self._open = True
 
     def _manifest(self, document: Document) -> Manifest:
         """The manifest of a document, with the entries from their file."""
         head, entries = document
         if not isinstance(entries, EntriesFile):
             return Manifest(head, entries)
-        path = self.root / entries.name
-        if not atomic_files.exists(path):
+        path = self.storage.place / entries.name
+        if not self.storage.exists(entries.name):
             raise FolderError(f"{path}: missing, but {MANIFEST} names it; {REBUILD}")
-        data = atomic_files.read(path)
+        data = self.storage.read(entries.name)
         try:
             if atomic_files.sha256(data) != entries.sha256:
                 raise ValueError("another SHA-256 than in the manifest")
@@ -149,40 +140,39 @@ class Journal:
             self._listed = None
         elif self._listed is None or self._listed_revision != entries.revision:
             listed, data = encode(entries.rows)
-            atomic_files.replace(self.root / listed.name, data)
+            self.storage.replace(listed.name, data)
             self._listed, self._listed_revision = listed, entries.revision
 
     def _sweep(self) -> None:
         """Removes the entries files that the manifest does not name."""
-        for name in entries_files(self.root):
+        for name in entries_files(self.storage):
             if self._listed is None or name != self._listed.name:
-                with atomic_files.explained(self.root / name):
-                    (self.root / name).unlink(missing_ok=True)
+                self.storage.remove(name)
 
     def close(self) -> None:
-        """Closes the journal file."""
-        if self._handle is not None:
-            os.close(self._handle)
-            self._handle = None
+        """Ends the appending."""
+        self.storage.log.close()
+        self._open = False
 
 
-def head_of(root: Path) -> Head:
+def head_of(storage: Storage) -> Head:
     """The head of the run from the manifest, or from the journal if the manifest is damaged. FolderError if both are damaged."""
+    root = storage.place
     try:
-        return Document.decode(root / MANIFEST, atomic_files.read(root / MANIFEST)).head
+        return Document.decode(root / MANIFEST, _text(storage, MANIFEST)).head
     except FolderError as error:
         try:
-            return _decode(root / NAME, _text(root / NAME), 1)[1]
+            return _decode(root / storage.log.name, storage.log.read(""), 1)[1]
         except FolderError:
             raise FolderError(
-                f"{root}: neither {MANIFEST} nor {NAME} is whole, so rvjax does not know what was flown here; "
+                f"{root}: neither {MANIFEST} nor {storage.log.name} is whole, so rvjax does not know what was flown here; "
                 "restore one of them from a copy, or fly the campaign again with another --out"
             ) from error
 
 
-def entries_files(root: Path) -> list[str]:
+def entries_files(storage: Storage) -> list[str]:
     """The names of all entries files in a run folder."""
-    return [name for name, _ in atomic_files.listing(root, [""], sweep=False) if is_entries_file(name)]
+    return [name for name, _ in storage.listing([""], sweep=False) if is_entries_file(name)]
 
 
 def _state(manifest: Manifest) -> tuple[Any, ...]:
@@ -198,12 +188,12 @@ def _checked(text: bytes) -> bytes:
     return b'["' + atomic_files.sha256(text)[:16].encode() + b'", ' + text + b"]\n"
 
 
-def _text(path: Path) -> bytes:
-    """The bytes of the file; empty if there is no file."""
-    return atomic_files.read(path) if atomic_files.exists(path) else b""
+def _text(storage: Storage, name: str) -> bytes:
+    """The bytes of a file; empty if there is no file."""
+    return storage.read(name) if storage.exists(name) else b""
 
 
-def _decode(path: Path, text: bytes, at_most: int | None = None) -> tuple[str, Head, list[Entry]]:
+def _decode(path: Place, text: bytes, at_most: int | None = None) -> tuple[str, Head, list[Entry]]:
     """Base, head and entries of the first `at_most` lines. FolderError if a line was changed or the first is missing."""
     lines = text.split(b"\n")[:-1][:at_most]
     try:

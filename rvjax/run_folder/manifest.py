@@ -9,21 +9,22 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Self, cast
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from rvjax.errors import FolderError
+from rvjax.places import Place
 from rvjax.run_folder import atomic_files
 from rvjax.run_folder.entries import Entries, EntryRows
 from rvjax.run_folder.entries_file import EntriesFile
 from rvjax.run_folder.entry import ENTRIES, Digest, Entry
+from rvjax.run_folder.storage import MANIFEST
 
 FORMAT = 2
 FORMAT_WITH_ENTRIES_FILE = 3
-NAME = "manifest.json"
+NAME = MANIFEST
 
 REBUILD = "run `rvjax doctor` on this folder to rebuild it from the data files"
 
@@ -122,7 +123,7 @@ class Document(NamedTuple):
     entries: list[Entry] | EntriesFile
 
     @classmethod
-    def decode(cls, path: Path, data: bytes) -> Self:
+    def decode(cls, path: Place, data: bytes) -> Self:
         """The inverse of `Manifest.encode`. path: for messages. FolderError if the bytes were changed or have another format
         version."""
         body = data[: -len(_seal(b""))]

@@ -10,7 +10,7 @@ import numpy as np
 from rvjax.run_folder.entries import EntryRows, code_of
 from rvjax.run_folder.entry import parsed
 
-_BLOCK = 65_536
+_BLOCK = 8_192
 """Names that are compared together."""
 
 

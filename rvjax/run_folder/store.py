@@ -2,69 +2,68 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 
 from rvjax.cores import cores
 from rvjax.errors import DamagedError, FolderError, RvjaxError
+from rvjax.places import Place
 from rvjax.run_folder import atomic_files
 from rvjax.run_folder.data_file import DataFile, recognised
 from rvjax.run_folder.entries import EntryRows
+from rvjax.run_folder.entries_file import is_entries_file
 from rvjax.run_folder.entry import PARTS, Entry, Key, Part
-from rvjax.run_folder.journal import NAME as JOURNAL
-from rvjax.run_folder.journal import Journal, entries_files, head_of
+from rvjax.run_folder.journal import Journal, head_of
 from rvjax.run_folder.manifest import NAME, Head, Manifest, digest
 from rvjax.run_folder.parquet import same_table
 from rvjax.run_folder.stock import compare
+from rvjax.run_folder.storage import Storage, locked
 
 
 class Store:
     """The data files of a run folder, their manifest, and the lock: only the process that holds the lock may write."""
 
-    def __init__(self, root: Path, journal: Journal, manifest: Manifest) -> None:
-        self.root, self.manifest = root, manifest
+    def __init__(self, storage: Storage, journal: Journal, manifest: Manifest) -> None:
+        self.storage, self.manifest = storage, manifest
+        self.claimed = False
+        """Whether this process may write."""
         self._journal = journal
-        self._lock: int | None = None
 
     @classmethod
-    def new(cls, root: Path, head: Head) -> Store:
+    def new(cls, storage: Storage, head: Head) -> Store:
         """Locks a new folder; `fold` writes the manifest."""
-        store = cls(root, Journal(root), Manifest(head))
-        store._lock = atomic_files.lock(root)
+        store = cls(storage, Journal(storage), Manifest(head))
+        storage.lock()
+        store.claimed = True
         return store
 
     @classmethod
-    def open(cls, root: Path) -> Store:
+    def open(cls, storage: Storage) -> Store:
         """Reads manifest and journal. Errors as in `Journal.read`."""
-        return cls(root, *Journal.read(root))
+        return cls(storage, *Journal.read(storage))
 
     @classmethod
-    def rebuild(cls, root: Path) -> Store:
+    def rebuild(cls, storage: Storage) -> Store:
         """Rebuilds manifest and journal: the head from the undamaged file of the two, the entries from the data files. Damaged
         files go to `quarantine/`.
 
         FolderError if both are damaged, or if two whole files hold different samples of the same chunk.
         """
-        store = cls.new(root, head_of(root))
+        store = cls.new(storage, head_of(storage))
         try:
-            atomic_files.sweep(root, [""])
-            store._adopt(name for name, _ in atomic_files.listing(root, PARTS) if Key.of(name))
-            for name in (NAME, JOURNAL, *entries_files(root)):
-                atomic_files.set_aside(root, name)
+            others = [name for name, _ in storage.listing([""])]
+            store._adopt(name for name, _ in storage.listing(PARTS) if Key.of(name))
+            for name in others:
+                if name == NAME or is_entries_file(name):
+                    storage.set_aside(name)
+            storage.log.set_aside()
             store.fold()
         except BaseException:
             store.release()
             raise
         return store
-
-    @property
-    def claimed(self) -> bool:
-        """Whether this process holds the lock."""
-        return self._lock is not None
 
     def keys(self, part: Part) -> Iterator[Key]:
         """The keys of a part in ascending order."""
@@ -72,23 +71,18 @@ class Store:
 
     def claim(self) -> None:
         """Takes the lock and reads the folder again if it was changed. UsageError if another process holds the lock."""
-        if self._lock is None:
-            lock = atomic_files.lock(self.root)
-            try:
+        if not self.claimed:
+            with locked(self.storage):
                 if not self._journal.current:
-                    self._journal, self.manifest = Journal.read(self.root)
+                    self._journal, self.manifest = Journal.read(self.storage)
                 self.fold()
-            except BaseException:
-                os.close(lock)
-                raise
-            self._lock = lock
+            self.claimed = True
 
     def release(self) -> None:
         """Releases the lock."""
         self._journal.close()
-        if self._lock is not None:
-            os.close(self._lock)
-            self._lock = None
+        self.storage.unlock()
+        self.claimed = False
 
     def fold(self) -> None:
         """Writes the manifest with all entries, and an empty journal."""
@@ -102,7 +96,7 @@ class Store:
         """
         self.claim()
         entries, new = self.manifest.entries, dict[Key, Entry]()
-        unsynced = set[Path]()
+        unsynced: list[str] = []
         for file in files:
             key = file.entry.key
             if existing := entries.get(key) or new.get(key):
@@ -111,12 +105,10 @@ class Store:
             if file.data is None:
                 self.verified(file.entry)
             else:
-                file.put(self.root, durable=False)
-                unsynced.add((self.root / file.entry.file).parent)
+                file.put(self.storage, durable=False)
+                unsynced.append(file.entry.file)
             new[key] = file.entry
-        for folder in sorted(unsynced):
-            with atomic_files.explained(folder):
-                atomic_files.sync(folder)
+        self.storage.sync(unsynced)
         if not new:
             return
         if self._journal.due:
@@ -133,11 +125,11 @@ class Store:
         """FolderError if a data file holds another table than the committed one with its key."""
         data = self.verified(file.entry) if file.data is None else file.data
         if existing.sha256 != file.entry.sha256 and not same_table(self.verified(existing), data):
-            raise _contradiction(self.root, existing, file.entry)
+            raise _contradiction(self.storage.place, existing, file.entry)
 
     def verified(self, entry: Entry) -> bytes:
         """The bytes of a data file; DamagedError if they are not the committed bytes."""
-        return compared(self.root, entry.file, entry.sha256)
+        return compared(self.storage, entry.file, entry.sha256)
 
     def verify(self, entries: EntryRows) -> None:
         """Verifies many data files in parallel; errors as in `verified`."""
@@ -161,11 +153,12 @@ class Store:
     def take_stock(self, requested: int, lanes: int) -> None:
         """Updates the entries to the files on the disk and to the requested samples. lanes: samples of a full chunk."""
         entries = self.manifest.entries
-        atomic_files.sweep(self.root, ("", "figures"))
-        absent, others = compare(entries.rows, atomic_files.listing(self.root, PARTS))
+        for _ in self.storage.listing(("", "figures")):
+            pass  # it removes what a stopped process left unfinished
+        absent, others = compare(entries.rows, self.storage.listing(PARTS))
         for entry in absent:
             del entries[entry.key]
-            atomic_files.set_aside(self.root, entry.file)
+            self.storage.set_aside(entry.file)
         self.manifest.head.samples = requested
         self._adopt(others)
         chunks = entries.of_part("samples")
@@ -179,8 +172,7 @@ class Store:
         if removed:
             self.fold()
         for entry in removed:
-            with atomic_files.explained(self.root / entry.file):
-                atomic_files.inside(self.root, entry.file).unlink(missing_ok=True)
+            self.storage.remove(entry.file)
 
     def set_aside(self, keys: Iterable[Key]) -> None:
         """Moves damaged files to `quarantine/` and removes them from the manifest."""
@@ -188,7 +180,7 @@ class Store:
         if damaged:
             self.claim()
             for key in damaged:
-                atomic_files.set_aside(self.root, self.manifest.entries.pop(key).file)
+                self.storage.set_aside(self.manifest.entries.pop(key).file)
             self.fold()
 
     def _adopt(self, names: Iterable[str]) -> None:
@@ -199,29 +191,29 @@ class Store:
         head, entries = self.manifest.head, self.manifest.entries
         identity = digest(head.identity)
         for name in names:
-            entry = recognised(self.root, name, identity)
+            entry = recognised(self.storage, name, identity)
             existing = entries.get(entry.key) if entry else None
             if entry and existing and entry.count == existing.count and entry.sha256 != existing.sha256:
-                raise _contradiction(self.root, existing, entry)
+                raise _contradiction(self.storage.place, existing, entry)
             if entry and entry.first + entry.count <= head.samples and (existing is None or existing.count < entry.count):
                 entries[entry.key] = entry
             else:
-                atomic_files.set_aside(self.root, name)
+                self.storage.set_aside(name)
 
 
-def compared(root: Path, name: str, sha256: str) -> bytes:
+def compared(storage: Storage, name: str, sha256: str) -> bytes:
     """The bytes of a file in the run folder; DamagedError if the file is missing or has another SHA-256."""
-    path = atomic_files.inside(root, name)
+    path = storage.place / name
     advice = "`rvjax run` with the same --out moves it to quarantine/ and flies it again"
-    if not atomic_files.exists(path):
+    if not storage.exists(name):
         raise DamagedError(f"{path}: missing, but SHA-256 {sha256} was committed; {advice}")
-    data = atomic_files.read(path)
+    data = storage.read(name)
     if (actual := atomic_files.sha256(data)) != sha256:
         raise DamagedError(f"{path}: damaged or edited: SHA-256 {sha256} was committed, but it is {actual}; {advice}")
     return data
 
 
-def _contradiction(root: Path, existing: Entry, other: Entry) -> FolderError:
+def _contradiction(root: Place, existing: Entry, other: Entry) -> FolderError:
     return FolderError(
         f"{root / existing.file}: committed with SHA-256 {existing.sha256}, flown again it has {other.sha256}; the same "
         "identity must give the same bytes. Choose another folder with --out, and please report this"

@@ -5,14 +5,15 @@ The report of a tuning is made from this record alone.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rvjax.campaign.tuning_parameters import Value
 from rvjax.errors import FolderError
+from rvjax.places import Place
 from rvjax.run_folder import checksums
+from rvjax.run_folder.storages import storage_of
 
 NAME = "search.json"
 TABLE = "candidates.csv"
@@ -197,16 +198,17 @@ class Searched(_Part):
         return {row.candidate: row for row in self.rows}
 
 
-def read(folder: Path) -> Searched | None:
+def read(folder: str | Place) -> Searched | None:
     """Reads the record of a finished search; None if the search has not finished. FolderError if the file was changed."""
-    if not (folder / NAME).exists():
+    storage = storage_of(folder)
+    if not storage.exists(NAME):
         return None
-    data = checksums.verified(folder, NAME)
+    data = checksums.verified(storage, NAME)
     try:
         if data is None:
             raise ValueError("its SHA-256 is not that in SHA256SUMS")
         return Searched.model_validate_json(data)
     except (ValidationError, ValueError) as error:
         raise FolderError(
-            f"{folder / NAME}: damaged or edited ({error}); `rvjax tune` with the same --out makes it again"
+            f"{storage.place / NAME}: damaged or edited ({error}); `rvjax tune` with the same --out makes it again"
         ) from error

@@ -8,7 +8,7 @@ BINOMIAL, QUANTILES, SEQUENTIAL, PAIRED = (f"stats/{name}.py" for name in ("bino
 FAMILIES, MEANS = "stats/multiplicity.py", "stats/means.py"
 SHARES, FILES = "analysis/verdicts/share_tally.py", "run_folder/atomic_files.py"
 JOURNAL, MANIFEST, TABLE = "run_folder/journal.py", "run_folder/manifest.py", "run_folder/samples_table.py"
-STORE = "run_folder/store.py"
+STORE, LOCAL, OBJECTS = "run_folder/store.py", "run_folder/local_storage.py", "run_folder/object_storage.py"
 
 BOUNDARY = "stats/test_fixed.py::test_boundary_is_that_of_the_clopper_pearson_bounds"
 COVERS = "stats/test_quantiles.py::test_quantile_interval_covers_exactly_as_promised"
@@ -236,16 +236,16 @@ MUTANTS = (
     Mutant("a journal that is not checked", JOURNAL, 'if _checked(line[_CHECK:-1]) != line + b"\\n":', "if False:", DAMAGE),
     Mutant(
         "half a line before the next one",
-        JOURNAL,
+        LOCAL,
         "os.ftruncate(self._handle, self._length)",
         "pass",
         "results/test_disk_failures.py::test_a_run_may_go_on_behind_a_line_that_did_not_fit",
     ),
     Mutant(
         "lines of a group whose names are not durable",
-        STORE,
-        "for folder in sorted(unsynced):",
-        "for folder in sorted(unsynced)[1:]:",
+        LOCAL,
+        "for folder in sorted({(self.place / name).parent for name in names}):",
+        "for folder in sorted({(self.place / name).parent for name in names})[1:]:",
         "results/test_group_commit.py::test_names_are_durable_before_the_lines_and_synced_once",
     ),
     Mutant(
@@ -272,7 +272,7 @@ MUTANTS = (
     Mutant(
         "a journal that grows with the run",
         JOURNAL,
-        " or self._lines >= MOST_LINES",
+        " or self._lines >= self.storage.most_lines",
         "",
         "results/test_large_folders.py::test_the_journal_stays_short",
     ),
@@ -296,6 +296,48 @@ MUTANTS = (
         "listed & (sizes == entries.size[rows])",
         "listed",
         "results/test_entries.py::test_stock_is_that_of_every_name",
+    ),
+    Mutant(
+        "an answer that was lost taken for another writer",
+        OBJECTS,
+        "            return self.read(name) == data\n        return True",
+        "            return False\n        return True",
+        "results/test_object_storage.py::test_a_store_that_fails_one_request_in_twenty",
+    ),
+    Mutant(
+        "a manifest that is replaced whatever is there",
+        OBJECTS,
+        'condition = self._etags.get(name, "new")',
+        "condition = None",
+        "results/test_object_storage.py::test_a_lease_that_was_taken_over_is_noticed",
+    ),
+    Mutant(
+        "a commit into a journal that another writer has folded",
+        OBJECTS,
+        "if not self._storage.unchanged(MANIFEST):",
+        "if False:",
+        "results/test_object_storage.py::test_a_writer_that_was_taken_for_dead_is_refused",
+    ),
+    Mutant(
+        "a lease that nobody looks at",
+        OBJECTS,
+        'if holder is not None and holder["until"] > time.time() and not _ended(holder):',
+        "if False:",
+        "results/test_object_storage.py::test_a_second_writer_is_refused",
+    ),
+    Mutant(
+        "a store without conditional writes",
+        OBJECTS,
+        """for condition in ("new", '"00000000000000000000000000000000"'):""",
+        "for condition in ():",
+        "results/test_object_storage.py::test_a_store_that_ignores_conditions_is_refused",
+    ),
+    Mutant(
+        "a request that is not repeated",
+        "run_folder/object_client.py",
+        "for attempt in range(ATTEMPTS - 1):",
+        "for attempt in range(0):",
+        "results/test_object_storage.py::test_a_store_that_fails_one_request_in_twenty",
     ),
     Mutant("a manifest that is not checked", MANIFEST, "if body + _seal(body) != data:", "if False:", DAMAGE),
     Mutant(

@@ -16,6 +16,7 @@ import pytest
 from rvjax.execution.chunks import ENVELOPE_CHUNKS
 from rvjax.run_folder import RunFolder, atomic_files, checksums
 from rvjax.run_folder.entry import PARTS, Key
+from rvjax.run_folder.local_storage import LocalStorage
 from rvjax.simulation.batch import LANES
 from tests.reliability.nursery import Nursery
 from tests.reliability.plain import PLAIN
@@ -96,7 +97,7 @@ def state(path: Path) -> str:
         return "between chunks"
     if len(RunFolder.open(path).trace_samples()) < 10:
         return "among the traces"
-    if not (path / "SHA256SUMS").exists() or checksums.complaints(path):
+    if not (path / "SHA256SUMS").exists() or checksums.complaints(LocalStorage(path)):
         return "in the report"
     return "after the report"
 

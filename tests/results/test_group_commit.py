@@ -14,6 +14,7 @@ import pytest
 from rvjax.errors import FolderError, IncompleteError
 from rvjax.run_folder import DataFile, RunFolder
 from rvjax.run_folder.entry import Key
+from rvjax.run_folder.local_storage import LocalStorage
 from tests.disk import Disk, Killed
 
 from .conftest import COLUMNS, chunk, create, history, resume
@@ -133,7 +134,7 @@ def test_a_file_that_a_worker_has_written_is_compared(tmp_path: Path) -> None:
     """Kills: a line for a file that is damaged or not there."""
     with create(tmp_path / "run", SAMPLES) as folder:
         first, second = group(folder, range(1))
-        written = first.put(tmp_path / "run")
+        written = first.put(LocalStorage(tmp_path / "run"))
         with pytest.raises(FolderError, match="missing, but"):
             folder.take_all([written, DataFile(second.entry, None)])
         assert stat.S_ISREG((tmp_path / "run" / first.entry.file).stat().st_mode)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rvjax.errors import FolderError, IncompleteError, RvjaxError, UsageError
-from rvjax.run_folder import RunFolder, atomic_files
+from rvjax.run_folder import RunFolder, atomic_files, local_storage
 from rvjax.run_folder import journal as journals
 from tests.disk import Disk, Killed
 
@@ -30,7 +30,7 @@ EVERY = {False: 8, True: 1}
 def low_limits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three entries are many, and so are four lines of the journal; blocks hold two rows."""
     monkeypatch.setattr("rvjax.run_folder.journal.LISTED", 3)
-    monkeypatch.setattr("rvjax.run_folder.journal.MOST_LINES", 4)
+    monkeypatch.setattr("rvjax.run_folder.local_storage.MOST_LINES", 4)
     monkeypatch.setattr("rvjax.run_folder.entries.RECENT", 2)
     monkeypatch.setattr("rvjax.run_folder.entries_file._BLOCK", 2)
     monkeypatch.setattr("rvjax.run_folder.stock._BLOCK", 2)
@@ -325,5 +325,5 @@ def test_resuming_finds_what_the_disk_lacks_and_has_more(large: Path) -> None:
 def test_limits_are_those_of_a_large_folder(monkeypatch: pytest.MonkeyPatch) -> None:
     """What the tests lower. Kills: a limit that makes today's folders look different, one that is never reached."""
     monkeypatch.undo()
-    assert 1_000 < journals.LISTED < journals.MOST_LINES < 100_000
+    assert 1_000 < journals.LISTED < local_storage.MOST_LINES < 100_000
     assert LANES == 4

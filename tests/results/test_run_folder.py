@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 
 from rvjax.errors import FolderError, IncompleteError
 from rvjax.run_folder import Account, Column, RunFolder, atomic_files, checksums
+from rvjax.run_folder.local_storage import LocalStorage
 from rvjax.run_folder.parquet import decode, encode
 
 from .conftest import COLUMNS, IDENTITY, chunk, create, history, only
@@ -145,12 +146,12 @@ def test_no_damage_goes_unnoticed(finished: Path) -> None:
 @pytest.mark.parametrize("other", ["\v", "\f", "\x1c", "\x1e", "\r", "\x85", "\u2028"])
 def test_only_a_line_feed_ends_a_line_of_the_sums(tmp_path: Path, other: str) -> None:
     """Kills: sums that are split at whatever Python takes for a line end, so that a changed bit of a line end is silent."""
-    checksums.seal(tmp_path, {"report.md": "a" * 64, "summary.json": "b" * 64})
+    checksums.seal(LocalStorage(tmp_path), {"report.md": "a" * 64, "summary.json": "b" * 64})
     sums = tmp_path / checksums.NAME
     text = sums.read_bytes()
-    assert not any("damaged" in complaint for complaint in checksums.complaints(tmp_path))
+    assert not any("damaged" in complaint for complaint in checksums.complaints(LocalStorage(tmp_path)))
     sums.write_bytes(text.replace(b"\n", other.encode(), 1))
-    assert "damaged or edited" in checksums.complaints(tmp_path)[0]
+    assert "damaged or edited" in checksums.complaints(LocalStorage(tmp_path))[0]
 
 
 def test_damage_message_says_what_was_expected_found_and_helps(finished: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rvjax.analysis.run_totals import Ledger
@@ -10,7 +9,8 @@ from rvjax.analysis.verdicts.tally import tallies
 from rvjax.campaign import load
 from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import IncompleteError, UsageError
-from rvjax.run_folder import CAMPAIGN, Account, RunFolder
+from rvjax.places import Place
+from rvjax.run_folder import Account, RunFolder
 from rvjax.run_folder.tuning_record import ORIGINAL, TUNED
 
 if TYPE_CHECKING:
@@ -31,16 +31,15 @@ def campaign_of(folder: RunFolder) -> Spec:
     if SEARCH in folder.identity:
         confirming = ", ".join(str(folder.path / name) for name in (TUNED, ORIGINAL))
         raise UsageError(f"{folder.path}: the folder of a search, whose flights are of many candidates; accepted: {confirming}")
-    folder.campaign_text()  # verifies the file that is parsed next
-    return load(folder.path / CAMPAIGN, [str(item) for item in folder.provenance.get("overrides", ())])
+    return load(folder.campaign_source(), [str(item) for item in folder.provenance.get("overrides", ())])
 
 
-def judge_folder(path: str | Path) -> tuple[Verdict, ...]:
+def judge_folder(path: str | Place) -> tuple[Verdict, ...]:
     """The verdict on each requirement of a finished run. Errors as in `account_and_verdicts`."""
     return account_and_verdicts(path)[1]
 
 
-def account_and_verdicts(path: str | Path) -> tuple[Account, tuple[Verdict, ...]]:
+def account_and_verdicts(path: str | Place) -> tuple[Account, tuple[Verdict, ...]]:
     """The outcomes of the samples of a finished run, and the verdict on each requirement, read in a single pass.
 
     FolderError if the path is not a run folder or the folder is damaged. IncompleteError if samples are missing: a verdict on

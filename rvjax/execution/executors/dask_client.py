@@ -98,8 +98,9 @@ def workers(place: int | str, say: Say) -> ExecutorFactory:
             client = stack.enter_context(connect(place, stack))
             say(f"Dask: {client.dashboard_link or 'no dashboard'}")
             token = f".workers.{uuid.uuid4().hex}"  # a temporary name: it is removed later where this process is killed
-            (folder.path / token).touch()
-            stack.callback((folder.path / token).unlink, missing_ok=True)
+            if isinstance(folder.path, Path):  # workers that do not see it send their files
+                (folder.path / token).touch()
+                stack.callback((folder.path / token).unlink, missing_ok=True)
             state = DaskWorkerState(_order(runner, folder, token, isinstance(place, int)))
             check_versions(client, say)
             try:
@@ -110,7 +111,7 @@ def workers(place: int | str, say: Say) -> ExecutorFactory:
                 raise UsageError(_CANNOT.format(error)) from error
             stack.callback(_dismiss, client, state.name)
             folding = Folding(client, state.name, folder, say)
-            yield Workers(client, state.name, folder.path, say, folding)
+            yield Workers(client, state.name, Path(folder.path), say, folding)
 
     return executor
 
@@ -359,7 +360,7 @@ def _order(runner: ChunkRunner, folder: RunFolder, token: str, local: bool) -> W
         overrides=tuple(map(str, folder.provenance["overrides"])),
         identity=folder.identity,
         packages=packages(),
-        folder=str(folder.path.resolve()),
+        folder=str(folder.path.resolve() if isinstance(folder.path, Path) else folder.path),
         token=token,
         local=local,
     )

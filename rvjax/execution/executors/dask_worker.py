@@ -27,6 +27,7 @@ from rvjax.errors import DamagedError, FolderError, RvjaxError
 from rvjax.execution.chunks import ChunkResult, ChunkRunner, Segment
 from rvjax.execution.identity import identity, packages
 from rvjax.run_folder import CAMPAIGN, input_files
+from rvjax.run_folder.local_storage import LocalStorage
 from rvjax.run_folder.manifest import differences
 from rvjax.run_folder.parquet import decode
 from rvjax.run_folder.store import compared
@@ -114,7 +115,7 @@ class DaskWorkerState(WorkerPlugin):
         with tempfile.TemporaryDirectory() as place:
             path = Path(place) / CAMPAIGN
             path.write_bytes(order.campaign.encode())
-            input_files.write(Path(place), order.inputs)
+            input_files.write(LocalStorage(Path(place)), order.inputs)
             problem = load(path, order.overrides)
         jax_config.configure(problem.spec.precision, self._threads)
         worker_identity = identity(problem)
@@ -134,7 +135,9 @@ class DaskWorkerState(WorkerPlugin):
         folder = self.folder()
         if folder is None:
             return result
-        published = tuple(file.put(folder) for file in result.files)  # what is on the disk was compared with these bytes
+        published = tuple(
+            file.put(LocalStorage(folder)) for file in result.files
+        )  # what is on the disk was compared with these bytes
         data = result.files[-1].data
         return ChunkResult(chunk, published, None if data is None else self._add(chunk, data))
 
@@ -214,7 +217,7 @@ def fold(name: str, files: Sequence[tuple[int, str, str]]) -> bytes | None:
     totals = state.no_totals()
     for chunk, file, sha256 in files:
         with suppress(DamagedError, pa.ArrowException, OSError):
-            totals.add(chunk, *decode(compared(folder, file, sha256)))
+            totals.add(chunk, *decode(compared(LocalStorage(folder), file, sha256)))
     return totals.encode() if totals.totals.n else None
 
 
