@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -44,7 +45,7 @@ def command(
     output, values = Output(as_json, quiet), overrides(sets, samples, seed, engine)
     ci_outputs = CiOutputs(junit_xml, against, write_baseline)
     where = place_of(place)
-    if isinstance(where, Path) and not where.is_dir():
+    if isinstance(where, Path) and not os.path.isdir(where):
         return fly_and_judge(where, out, values, output, ci_outputs, dask=dask, until_decided=True)
     if out is not None or values or dask is not None:
         accepted = "--junit-xml, --against, --write-baseline, --json, --quiet; or a campaign file"

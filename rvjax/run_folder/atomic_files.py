@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 
 from rvjax.errors import FolderError, IncompleteError, UsageError
-from rvjax.places import Place
+from rvjax.places import ObjectPath, Place, place_of
 
 _REFUSED = {errno.EACCES, errno.EPERM, errno.EROFS}
 _WRONG_PLACE = {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ELOOP}
@@ -50,6 +50,8 @@ def explained(path: Path) -> Generator[None, None, None]:
 
 def check_folder(path: Path) -> None:
     """UsageError where `path` is no folder and cannot become one, or where nothing can be written in it. Changes nothing."""
+    if isinstance(place_of(path), ObjectPath):
+        raise UsageError(f"{place_of(path)}: this command writes to a folder of this machine; accepted: the path of a folder")
     whole = path.absolute()
     here = next(place for place in (whole, *whole.parents) if os.path.lexists(place))
     if not os.path.isdir(here):

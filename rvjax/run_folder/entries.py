@@ -22,7 +22,7 @@ Numbers = NDArray[np.int64]
 CODED = tuple(sorted(PARTS))
 """The parts in the order of their keys."""
 
-RECENT = 4_096
+RECENT = 8_192
 """The number of changes that are kept as objects before they are merged into the columns."""
 
 _SHIFT = 56

@@ -22,7 +22,7 @@ from rvjax.run_folder.entry import LARGEST, Digest
 
 _NAME = re.compile(r"entries-[0-9a-f]{16}\.parquet")
 
-_BLOCK = 65_536
+_BLOCK = 16_384
 """Rows of a row group: what is decoded at a time."""
 
 _WHOLE_NUMBERS = ("number", "bytes", "first", "count")
@@ -83,6 +83,7 @@ def decode(data: bytes, count: int) -> EntryRows:
         rows.sha256[block] = _digests(table["sha256"].combine_chunks())
         for column, name in ((rows.size, "bytes"), (rows.first, "first"), (rows.samples, "count")):
             column[block] = table[name].to_numpy()
+    pa.default_memory_pool().release_unused()  # what the blocks took
     if not rows.whole:
         raise ValueError("the entries are not in ascending order, or a number is not one of an entry")
     return rows

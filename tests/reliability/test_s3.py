@@ -133,6 +133,8 @@ def test_a_place_that_cannot_be_written(rvjax: Run, monkeypatch: pytest.MonkeyPa
         assert words in err
         assert "Traceback" not in err
     assert rvjax("check", "s3://runs/nothing")[0] == 5
+    code, _, err = rvjax("tune", CAMPAIGN.parent / "tuning" / "pd-plus.yaml", "--out", "s3://runs/tune")
+    assert (code, "s3://runs/tune: this command writes to a folder of this machine" in err) == (2, True), err
     for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
         monkeypatch.delenv(name)
     monkeypatch.setenv("AWS_EC2_METADATA_DISABLED", "true")
