@@ -21,7 +21,7 @@ from tests.short import CAMPAIGN, SHORT
 
 if lacking("fsspec", "s3fs"):
     pytest.skip("run folders in object stores need rvjax[cloud]", allow_module_level=True)
-server = pytest.importorskip("moto.server", reason="a local S3 needs moto[server]")
+server = pytest.importorskip("moto.server", reason="a local S3 needs moto and flask")
 
 SETS = [part for setting in (*SHORT, *PLAIN, "keep={worst: 2}") for part in ("--set", setting)]
 UNDECIDED = 3
