@@ -111,7 +111,7 @@ class Journal:
             self._folded, self._lines = state, 0
         if not self._open:
             self._sweep()
-            storage.log.open()
+            storage.log.prepare()
             self._open = True
 
     def _manifest(self, document: Document) -> Manifest:

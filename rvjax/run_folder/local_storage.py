@@ -40,8 +40,8 @@ class LocalLog:
         atomic_files.replace(self.path, first)
         self._length = len(first)
 
-    def open(self) -> None:
-        """As `Log.open`."""
+    def prepare(self) -> None:
+        """As `Log.prepare`."""
         with atomic_files.explained(self.path):
             self._handle = os.open(self.path, os.O_WRONLY | os.O_APPEND)
 

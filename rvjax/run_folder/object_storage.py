@@ -273,8 +273,8 @@ class ObjectLog:
             if not name.startswith(self._series):
                 self._storage.remove(f"journal/{name}")
 
-    def open(self) -> None:
-        """As `Log.open`."""
+    def prepare(self) -> None:
+        """As `Log.prepare`."""
 
     def append(self, lines: bytes) -> None:
         """As `Log.append`."""

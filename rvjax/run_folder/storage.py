@@ -36,7 +36,7 @@ class Log(Protocol):
         """Begins a log with its first line, instead of the former."""
         ...
 
-    def open(self) -> None:
+    def prepare(self) -> None:
         """Prepares for `append`, after `read` or `start`."""
         ...
 
