@@ -28,7 +28,7 @@ for verdict in rvjax.judge_folder(folder):
 reveal_type(rvjax.compare_runs(folder, folder))
 reveal_type(rvjax.plan_samples(0.99))
 """
-REVEALED = ("Path", "Verdict", "Comparison", "Plan")
+REVEALED = ("Path | ObjectPath", "Verdict", "Comparison", "Plan")
 
 
 @pytest.mark.parametrize("name", rvjax.__all__)
