@@ -30,7 +30,7 @@ ACTIONS = ("open", "resume")
 
 
 def build(root: Path, chunks: int) -> list[Entry]:
-    """The files of so many chunks; returns their entries."""
+    """Writes the files of the chunks and returns their entries."""
     (root / "samples").mkdir(parents=True)
     (root / CAMPAIGN).write_text(TEXT)
     entries: list[Entry] = []

@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from rvjax.errors import RvjaxError
+
 CALLS = ("link", "replace", "rename", "fsync", "mkdir", "unlink", "ftruncate")
 
 
@@ -96,3 +98,12 @@ class Torn:
         self.file.write(data[: len(data) // 2])
         self.disk.step("write", self.file.name)
         self.file.write(data[len(data) // 2 :])
+
+
+def stopped_by(attempt: Callable[[Path], object], path: Path) -> BaseException | None:
+    """What stopped an attempt: an error with a message, or the end of the process; None if it came to its end."""
+    try:
+        attempt(path)
+    except (RvjaxError, Killed) as caught:
+        return caught
+    return None

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from rvjax.errors import FolderError, IncompleteError, RvjaxError
+from rvjax.errors import FolderError, IncompleteError
 from rvjax.run_folder import DataFile, RunFolder, atomic_files
-from tests.disk import Disk, Killed
+from tests.disk import Disk, Killed, stopped_by
 
 from .conftest import COLUMNS, chunk, create, fly, only, resume
 
@@ -67,15 +67,6 @@ def taken(monkeypatch: pytest.MonkeyPatch) -> set[str]:
     return promised
 
 
-def outcome(path: Path) -> BaseException | None:
-    """What stopped a run."""
-    try:
-        attempt(path)
-    except (RvjaxError, Killed) as caught:
-        return caught
-    return None
-
-
 def interrupted(path: Path) -> None:
     """What a process leaves that ended before it closed the folder: lines in the journal, half a file; and a damaged chunk."""
     with create(path.with_name("open"), SAMPLES) as folder:
@@ -112,7 +103,7 @@ def test_any_failing_call_keeps_what_was_committed(
         with pytest.MonkeyPatch.context() as monkeypatch:
             promised = taken(monkeypatch)
             disk = Disk(monkeypatch, path, fails, error)
-            caught = outcome(path)
+            caught = stopped_by(attempt, path)
         hit = disk.calls >= fails
         assert isinstance(caught, EXPECTED[error] if hit else type(None)), disk.where
         if error is not None and hit:

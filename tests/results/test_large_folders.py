@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from rvjax.errors import FolderError, IncompleteError, RvjaxError, UsageError
+from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.run_folder import RunFolder, atomic_files, local_storage
 from rvjax.run_folder import journal as journals
-from tests.disk import Disk, Killed
+from tests.disk import Disk, Killed, stopped_by
 
 from .conftest import COLUMNS, LANES, chunk, create, fly, only, resume
 from .test_disk_failures import EXPECTED, committed, files_of, taken
@@ -161,15 +161,6 @@ def attempt(path: Path) -> None:
         fly(folder, SAMPLES)
 
 
-def outcome(path: Path) -> BaseException | None:
-    """What stopped a run."""
-    try:
-        attempt(path)
-    except (RvjaxError, Killed) as caught:
-        return caught
-    return None
-
-
 @pytest.mark.parametrize("error", [errno.ENOSPC, None])
 def test_any_failing_call_keeps_what_was_committed(
     tmp_path: Path, error: int | None, full: bool, figure: Callable[[str], None]
@@ -186,7 +177,7 @@ def test_any_failing_call_keeps_what_was_committed(
         with pytest.MonkeyPatch.context() as patched:
             promised = taken(patched)
             disk = Disk(patched, path, fails, error)
-            caught = outcome(path)
+            caught = stopped_by(attempt, path)
         hit = disk.calls >= fails
         assert isinstance(caught, EXPECTED[error] if hit else type(None)), disk.where
         kept = committed(path)

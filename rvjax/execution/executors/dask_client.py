@@ -52,7 +52,7 @@ TASKS_A_SECOND = 100
 """With more threads than fit, tasks are longer, so that no more of them end in a second."""
 
 MOST_CHUNKS = 64
-"""Of a task: so many are flown again where its worker dies."""
+"""The largest number of chunks in a task. If its worker dies, all of them are flown again."""
 
 RETRIES = 2
 """Retries of a chunk whose flight raises an error. Where its worker dies, Dask gives the chunk to others, as often as

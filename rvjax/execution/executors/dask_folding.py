@@ -1,6 +1,6 @@
 """Folding: collects the totals that Dask workers have accumulated, so that the client reads no table.
 
-Each worker process adds what it flies to a segment of its own. The client notes which chunks are in which segment. To collect,
+Each worker process accumulates what it flies in a segment. The client notes which chunks are in which segment. To collect,
 the workers hand over their segments, others merge them in a tree, and the client gets the root. Chunks that are not in it are
 added from their files, by workers too: those of an earlier run, of a worker that died, and of a segment that has other chunks
 than the client has noted. What no worker can read, since it is damaged or no worker sees the folder, the client reads.

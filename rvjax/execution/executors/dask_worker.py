@@ -2,7 +2,7 @@
 
 Every worker gets it, also a worker that connects later. The first task prepares it in a thread of the worker, before JAX starts
 there. A worker that would fly other bits than the client (other versions, code, processor or settings) reports that and does
-not fly. A worker that sees the run folder adds what it has flown to totals of its own, and keeps them until they are collected.
+not fly. A worker that sees the run folder accumulates the totals of the chunks that it flies, until the client collects them.
 """
 
 from __future__ import annotations
@@ -135,9 +135,8 @@ class DaskWorkerState(WorkerPlugin):
         folder = self.folder()
         if folder is None:
             return result
-        published = tuple(
-            file.put(LocalStorage(folder)) for file in result.files
-        )  # what is on the disk was compared with these bytes
+        storage = LocalStorage(folder)
+        published = tuple(file.put(storage) for file in result.files)  # compares the files with these bytes
         data = result.files[-1].data
         return ChunkResult(chunk, published, None if data is None else self._add(chunk, data))
 

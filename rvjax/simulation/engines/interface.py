@@ -17,7 +17,7 @@ class Chunk(Protocol):
     """A chunk of samples in flight, a sample per lane. Every number that it gives is an array over the lanes."""
 
     def advance(self, first: int, last: int, threads: int = 1) -> None:
-        """Flies from step `first` to step `last`, on up to so many threads; returns when they are flown."""
+        """Flies from step `first` to step `last` and then returns. threads: the largest number of threads to use."""
         ...
 
     def envelope_point(self, k: int) -> EnvelopePoint:
