@@ -23,7 +23,7 @@ from pydantic import model_validator
 from rvjax.campaign import Model, Quantity, scalar
 from rvjax.campaign.plain_values import exact
 from rvjax.campaign.problems import Problem, refuse
-from rvjax.physics.dynamics import Relative, relative
+from rvjax.physics.dynamics import Relative, measured_relative
 from rvjax.physics.state import Measurement, Numbers
 from rvjax.physics.vectors import (
     Channels,
@@ -138,7 +138,7 @@ class Tracking(NamedTuple):
 
 def tracking(shaped: bool, measurement: Measurement, gains: Numbers) -> Tracking:
     """z₂ and the known factors of Y. Gains used: k1, k_sigma, v_max_m_s (shaped only)."""
-    known = relative(measurement.motion, measurement.target, measurement.alpha_t, measurement.port)
+    known = measured_relative(measurement)
     return following(measurement, known, *virtual_velocity(shaped, measurement, known, gains))
 
 

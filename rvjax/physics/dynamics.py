@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
-from rvjax.physics.state import Motion, Plant, TargetMotion
+from rvjax.physics.state import Measurement, Motion, Plant, PointMotion, TargetMotion
 from rvjax.physics.vectors import (
     Channels,
     Rotation,
@@ -97,6 +97,19 @@ def relative(motion: Motion, target: TargetMotion, alpha_t: Vector, port: Vector
         accel=differential_gravity(centre, delta) - rotate(r, swing),
         alpha=cross(motion.omega, w) - rotate(r, alpha_t),
     )
+
+
+def measured_relative(measurement: Measurement, motion: Motion | None = None) -> Relative:
+    """`relative` of a measured motion, or of the controller's estimate of it. The reference point may move in T:
+
+    n = [g(r_p) − R g(r_t)] − R[ω̇_t×p + ω_t×(ω_t×p) + 2ω_t×ṗ + p̈]
+    """
+    seen = measurement.motion if motion is None else motion
+    known = relative(seen, measurement.target, measurement.alpha_t, measurement.port)
+    if not isinstance(measurement.moving, PointMotion):
+        return known
+    velocity, accel = measurement.moving
+    return known._replace(accel=known.accel - rotate(known.r, cross(measurement.target.w, velocity) * 2.0 + accel))
 
 
 def motion_rate(motion: Motion, known: Relative, plant: Plant, wrench: Channels) -> Motion:

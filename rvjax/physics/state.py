@@ -57,11 +57,19 @@ class Plant(NamedTuple):
     thrust: Thrusts | tuple[()] = ()
 
 
+class PointMotion(NamedTuple):
+    """How a reference point moves in T: ṗ [m/s] and p̈ [m/s²], the derivatives of its components."""
+
+    velocity: Vector
+    accel: Vector
+
+
 class Measurement(NamedTuple):
     """The input of a controller: the measured motion, the data that a cooperative target sends, and nominal limits.
 
-    alpha_t: angular acceleration of the target, in T [rad/s²]; port: docking point δ, in T [m];
-    upper, lower: nominal magnitudes of the limits [N, N·m].
+    motion: ρ and ν are relative to the reference point of the guidance. alpha_t: angular acceleration of the target, in T
+    [rad/s²]; port: the reference point, in T [m], with the guidance `direct` the docking point δ; upper, lower: nominal
+    magnitudes of the limits [N, N·m]; moving: how the reference point moves in T, empty where it is fixed.
     """
 
     t: Scalar
@@ -71,6 +79,7 @@ class Measurement(NamedTuple):
     port: Vector
     upper: Channels
     lower: Channels
+    moving: PointMotion | tuple[()] = ()
 
 
 class Tick(NamedTuple):

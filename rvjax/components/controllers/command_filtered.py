@@ -41,7 +41,7 @@ from rvjax.physics.backstepping import (
     nominal,
     virtual_velocity,
 )
-from rvjax.physics.dynamics import Relative, relative
+from rvjax.physics.dynamics import Relative, measured_relative
 from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, cross, mrp_rate
 
@@ -86,7 +86,7 @@ class Control(NamedTuple):
 def start(measurement: Measurement, gains: Numbers) -> Control:
     """θ̂(0) from the gains, α_f = α, α̇_f = ξ = 0."""
     zero = measurement.upper * 0.0
-    known = relative(measurement.motion, measurement.target, measurement.alpha_t, measurement.port)
+    known = measured_relative(measurement)
     alpha = virtual(measurement, known, Channels(measurement.motion.rho, measurement.motion.sigma), gains)
     return Control(*nominal(gains), alpha, zero, zero, zero)
 
@@ -99,7 +99,7 @@ def virtual(measurement: Measurement, known: Relative, x: Channels, gains: Numbe
 
 def respond(measurement: Measurement, state: Control, saturate: Saturate, gains: Numbers) -> Response:
     """v, and the rate of (θ̂, α_f, α̇_f, ξ)."""
-    known = relative(measurement.motion, measurement.target, measurement.alpha_t, measurement.port)
+    known = measured_relative(measurement)
     sigma = measurement.motion.sigma
     z1 = Channels(measurement.motion.rho, sigma) - state.xi1
     pulled, lagging = virtual(measurement, known, z1, gains), virtual(measurement, known, state.xi1, gains)

@@ -33,7 +33,7 @@ from rvjax.physics.backstepping import (
     nominal,
     tracking,
 )
-from rvjax.physics.dynamics import relative
+from rvjax.physics.dynamics import measured_relative
 from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels
 
@@ -64,9 +64,7 @@ class Control(NamedTuple):
 def free(measurement: Measurement) -> Tracking:
     """Tracking with zero virtual velocity: x₂ for z₂ and Y₀ for Y."""
     zero = measurement.upper * 0.0
-    return following(
-        measurement, relative(measurement.motion, measurement.target, measurement.alpha_t, measurement.port), zero, zero
-    )
+    return following(measurement, measured_relative(measurement), zero, zero)
 
 
 def momentum(now: Tracking, gains: Numbers) -> Channels:

@@ -22,7 +22,7 @@ from rvjax.columns import Column
 from rvjax.components.controllers.interface import DiscreteController, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import NominalGains
-from rvjax.physics.dynamics import relative
+from rvjax.physics.dynamics import measured_relative
 from rvjax.physics.riccati import filtered, regulator
 from rvjax.physics.state import Measurement, Motion, Numbers, Report
 from rvjax.physics.vectors import Channels, Vector, cross, mrp_rate, rotate, rotation
@@ -88,7 +88,7 @@ def build(parameters: Parameters) -> DiscreteController:
         rho, nu = _corrected(memory.l[0], x.rho, x.nu, y.rho - x.rho, y.nu - x.nu)
         angle, omega = _corrected(memory.l[1], x.sigma * 4.0, x.omega, (y.sigma - x.sigma) * 4.0, y.omega - x.omega)
         seen = Motion(rho, nu, angle * 0.25, omega)
-        known = relative(seen, measurement.target, measurement.alpha_t, measurement.port)
+        known = measured_relative(measurement, seen)
         (k, turn), momentum = memory.k, known.omega_p * gains.inertia_guess_kgm2
         gyro = cross(known.omega_p, momentum)
         force = (-known.accel - rho * k[0] - nu * k[1]) * gains.mass_guess_kg

@@ -14,7 +14,7 @@ from rvjax.campaign import Model, Quantity, part, scalar
 from rvjax.components.controllers.interface import Controller, Response, Saturate
 from rvjax.components.registry import Component
 from rvjax.physics.backstepping import NominalGains
-from rvjax.physics.dynamics import relative
+from rvjax.physics.dynamics import measured_relative
 from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, cross
 
@@ -38,7 +38,7 @@ def respond(measurement: Measurement, state: tuple[()], saturate: Saturate, gain
     """v = (f, τ)."""
     del saturate
     motion = measurement.motion
-    known = relative(motion, measurement.target, measurement.alpha_t, measurement.port)
+    known = measured_relative(measurement)
     accel = -known.accel - motion.rho * gains.k_rho - motion.nu * gains.k_nu
     turn = -known.alpha - motion.sigma * gains.k_sigma - motion.omega * gains.k_omega
     momentum = known.omega_p * gains.inertia_guess_kgm2
