@@ -38,6 +38,7 @@ CHAPTERS = {
     "closed_loop": "simulation.closed_loop",
     "flight": "simulation.flight",
     "rk4": "simulation.rk4",
+    "mean_wrench": "simulation.mean_wrench",
     "streams": "stats.random_streams",
     "noise": "physics.noise",
     "margins": "simulation.temporal_margins",

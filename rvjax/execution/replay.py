@@ -94,5 +94,5 @@ def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, ro
         raise FolderError(f"samples {', '.join(map(str, samples))}: flown again, {', '.join(differing)} differ from the table")
     signals, measured = problem.loop.controller.signals, bool(problem.navigation)
     effects = {choice.name: effect for choice, effect in zip(problem.spec.effects, problem.loop.effects, strict=True)}
-    frames, columns = tables.trace_tables(flown.steps, signals, measured, effects)
+    frames, columns = tables.trace_tables(flown.steps, signals, measured, effects, flown.means)
     return {sample: (frame, columns) for sample, frame in zip(samples, frames, strict=True)}

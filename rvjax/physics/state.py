@@ -107,7 +107,7 @@ class Step(NamedTuple):
 
     measured: the motion with the navigation errors. command: v before the saturation; commanded: h(v); applied: after the faults;
     disturbance: added to it [N, N·m]. thrusts: after the faults [N], empty without thrusters. effects: of each effect its state
-    and its signals.
+    and its signals. total: applied wrench, disturbances and effects, about the centre of mass, in P [N, N·m].
     """
 
     t: Scalar
@@ -122,6 +122,7 @@ class Step(NamedTuple):
     report: Report
     thrusts: Thrusts | tuple[()] = ()
     effects: tuple[tuple[Any, Mapping[str, Any]], ...] = ()
+    total: Channels | tuple[()] = ()
 
 
 class State(NamedTuple):

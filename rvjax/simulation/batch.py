@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from rvjax.components.metrics.interface import Metric
 from rvjax.cores import cores
 from rvjax.physics.state import Step
+from rvjax.physics.vectors import Channels
 from rvjax.simulation import closed_loop, flight, jax_config
 from rvjax.simulation.closed_loop import Drawn, Loop
 from rvjax.simulation.engines.choice import engine_of
@@ -46,13 +47,15 @@ lanes fly up to 8 % faster, but the first chunk takes longer and cores idle at t
 class Flown(NamedTuple):
     """values: metric → (samples,). lost_s: time at which a flight stopped being finite, +∞ if never.
 
-    envelope: a point per observed instant, of every sample. steps: a Step per observed instant, of the traced samples.
+    envelope: a point per observed instant, of every sample. steps: a Step per observed instant, of the traced samples. means: of
+    these the mean total wrench from each instant to the next.
     """
 
     values: Mapping[str, NDArray[np.float64]]
     lost_s: NDArray[np.float64]
     envelope: list[EnvelopePoint]
     steps: list[Step]
+    means: list[Channels]
 
 
 class Flyer:
@@ -97,15 +100,18 @@ class Flyer:
         """
         envelope: list[EnvelopePoint] = []
         kept: list[Step] = []
+        means: list[Channels] = []
         chosen = np.asarray(trace, dtype=np.int64)
         whole = not self.engine.fixed_lanes and chosen.tolist() == list(range(len(jax.tree.leaves(drawn)[0])))
+
+        def traced(values: Any) -> Any:
+            return values if whole else jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], values)
 
         def observe(k: int) -> None:
             if with_envelope:
                 envelope.append(flying.envelope_point(k))
             if len(chosen):
-                step = flying.observe(k)
-                kept.append(step if whole else jax.tree.map(lambda x: np.asarray(x, dtype=np.float64)[chosen], step))
+                kept.append(traced(flying.observe(k)))
 
         with self._counted():
             flying = self.engine.begin(drawn, device, steps)
@@ -114,13 +120,15 @@ class Flyer:
                     raise CancelledError
                 observe(first)
                 last = min(first + every, steps)
+                if len(chosen):
+                    means.append(traced(flying.mean_wrench(first, last)))
                 flying.advance(first, last, self._threads())
                 with self._counting:
                     self._steps += last - first
             observe(steps)
             values, lost = flying.finish(steps)
         host = partial(np.asarray, dtype=np.float64)
-        return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, envelope), kept)
+        return Flown(jax.tree.map(host, values), host(lost), jax.tree.map(host, envelope), kept, means)
 
     @property
     def steps_flown(self) -> int:

@@ -156,7 +156,7 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
     )
     command = response.command
     step = Step(t, y.motion, motion, y.target, plant, command, commanded, applied, disturbance, response.report, thrusts)
-    step = step._replace(effects=tuple(zip(y.effects, signals, strict=True)))
+    step = step._replace(effects=tuple(zip(y.effects, signals, strict=True)), total=wrench)
     return rate, step, acted._replace(disturbances=disturbances, navigation=navigation, control=control)
 
 

@@ -15,7 +15,7 @@ from rvjax.columns import EFFECT, SIGNAL
 from rvjax.components.controllers.interface import Controller, DiscreteController
 from rvjax.components.effects.interface import Effect
 from rvjax.errors import Finding
-from rvjax.simulation.signals import Signal, derived, moved, recorded, reported
+from rvjax.simulation.signals import MEAN_WRENCH, Signal, derived, moved, recorded, reported
 from rvjax.simulation.temporal_margins import unit
 
 ControllerChoice = tuple[Controller | DiscreteController, Mapping[str, Quantity]]
@@ -83,6 +83,8 @@ class AvailableSignals:
             return (f"{shown} is no signal of the controller", _nearest(name, known, few)) if self.known else None
         if name.startswith(EFFECT):
             return self._wrong_name_of_effect(name, few)
+        if name in MEAN_WRENCH:
+            return f"{shown} is a mean over the steps from a row of the trace to the next, no signal", _AT_AN_INSTANT
         if name.startswith("seen_") and name in recorded({}, {}, True, 0):
             return f"{shown} is not recorded: there is no navigation", f"accepted: {name.removeprefix('seen_')}, the true one"
         if re.fullmatch(r"thrust_t[0-9]{1,3}_N", name):
@@ -119,6 +121,7 @@ class AvailableSignals:
                     yield node.place, ["no unit" if name == "1" else name for name in units]
 
 
+_AT_AN_INSTANT = "accepted: a wrench at an instant, such as applied_fx or dist_fx"
 _ONE_UNIT = "accepted: one unit, or scale in each predicate, the amount of its signal that counts as 1"
 
 

@@ -10,6 +10,9 @@ The columns of the trace table (`recorded`), and numbers that follow from them (
     share_fx … share_tz    |h(v)|/u_m                         commanded wrench as a share of the limit on its side
     share_any              max of the six
 
+Traces have a column more per channel, mean_fx … mean_tz [N, N·m]: the mean from this row to the next of the total wrench on the
+pursuer about its centre of mass, in P. It is no signal of an instant, so margins cannot name it.
+
 ρ̇ = ν − Ω×ρ, and Ω×ρ is normal to ρ. Symbols: `rvjax.physics.state`.
 """
 
@@ -49,6 +52,17 @@ class Signal:
 def unit_of(channel: str) -> str:
     """The unit of a wrench on a channel."""
     return "N" if channel[0] == "f" else "N·m"
+
+
+MEAN_WRENCH: Mapping[str, Column] = {
+    f"mean_{channel}": Column(
+        f"mean_{channel}",
+        unit_of(channel),
+        "mean from this row to the next of the total wrench about the centre of mass, in P; NaN in the last row",
+    )
+    for channel in CHANNELS
+}
+"""The columns of a trace that are no signals: a mean over steps (`rvjax.simulation.mean_wrench`)."""
 
 
 def recorded(

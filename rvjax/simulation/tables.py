@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from rvjax.columns import CHANNELS, Column, draw_column, metric_column
 from rvjax.components.effects.interface import Effect
 from rvjax.physics.state import Step
+from rvjax.physics.vectors import Channels
 from rvjax.simulation.batch import Flown
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
-from rvjax.simulation.signals import recorded, thrusts, unit_of
+from rvjax.simulation.signals import MEAN_WRENCH, recorded, thrusts, unit_of
 
 OUTCOME_TIME = Column("outcome_time_s", "s", "when the outcome was decided: last settling time, loss, or end of the flight")
 ENVELOPE = {
@@ -77,11 +78,16 @@ def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np
 
 
 def trace_tables(
-    steps: Sequence[Step], signals: Mapping[str, Column], measured: bool, effects: Mapping[str, Effect] | None = None
+    steps: Sequence[Step],
+    signals: Mapping[str, Column],
+    measured: bool,
+    effects: Mapping[str, Effect] | None = None,
+    means: Sequence[Channels] = (),
 ) -> tuple[list[pd.DataFrame], dict[str, Column]]:
     """For every traced sample a row per observed step, in SI; frames as in `rvjax.physics.state`.
 
-    signals: of the controller. measured: include the measured motion. effects: of the campaign, by name.
+    signals: of the controller. measured: include the measured motion. effects: of the campaign, by name. means: the mean
+    wrench from each row to the next.
     """
     (samples,) = steps[0].motion.rho.x.shape
     flat: Step = jax.tree.map(lambda *each: np.concatenate(each), *steps)
@@ -89,5 +95,8 @@ def trace_tables(
     columns = recorded(signals, flat.report.signals, measured, len(thrusts(flat)), moving)
     rows = len(steps) * samples
     data = {name: np.broadcast_to(signal.get(flat), rows).reshape(len(steps), samples) for name, signal in columns.items()}
+    none = Channels.of((np.full(samples, np.nan),) * len(CHANNELS))
+    wrench = jax.tree.map(lambda *each: np.stack(each), *means, none)
+    data |= dict(zip(MEAN_WRENCH, wrench.parts(), strict=True))
     frames = [pd.DataFrame({name: values[:, place] for name, values in data.items()}) for place in range(samples)]
-    return frames, {name: signal.column for name, signal in columns.items()}
+    return frames, {name: signal.column for name, signal in columns.items()} | dict(MEAN_WRENCH)

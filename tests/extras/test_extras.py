@@ -23,7 +23,13 @@ from rvjax.components import extras
 from tests.short import CAMPAIGN, QUICK, SHORT
 
 ROOT = Path(__file__).parents[2]
-EXTRAS = {"cloud": ("fsspec", "s3fs"), "dask": ("dask", "distributed", "bokeh"), "tune": ("optuna",), "bench": ("diffrax",)}
+EXTRAS = {
+    "cloud": ("fsspec", "s3fs"),
+    "dask": ("dask", "distributed", "bokeh"),
+    "tune": ("optuna",),
+    "bench": ("diffrax",),
+    "crosscheck": ("bsk",),
+}
 TUNING = ROOT / "campaigns" / "tuning" / "pd-plus.yaml"
 SETS = [word for value in (*SHORT, QUICK, "samples=2", "keep={worst: 1}") for word in ("--set", value)]
 

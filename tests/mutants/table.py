@@ -15,6 +15,7 @@ from tests.mutants import (
     flight_table,
     members_table,
     product_table,
+    trace_table,
     user_table,
 )
 from tests.mutants.mutant import Mutant
@@ -28,5 +29,6 @@ MUTANTS: tuple[Mutant, ...] = (
     *data_table.MUTANTS,
     *product_table.MUTANTS,
     *command_table.MUTANTS,
+    *trace_table.MUTANTS,
     *user_table.MUTANTS,
 )

@@ -75,8 +75,8 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 @pytest.mark.usefixtures("forgetful")
 def test_machine_code_is_made_once(count: Count, compiled: list[str]) -> None:
-    """Four functions for all chunks, draws and durations; none for JAX. Kills: a number that is a constant of the program, a
-    function that is compiled before it is needed."""
+    """Four functions for all chunks, draws and durations, two more for a trace; none for JAX. Kills: a number that is a constant
+    of the program, a function that is compiled before it is needed."""
     llvm = (*SHORT, QUICK, "engine=llvm")
     first = load(CAMPAIGN, llvm)
     flyer = Flyer.of(first)
@@ -87,7 +87,7 @@ def test_machine_code_is_made_once(count: Count, compiled: list[str]) -> None:
         assert len(compiled) == 4, place
     _, drawn = Draws.of(first, np.arange(LANES))
     flyer.fly(drawn, 10, every=5, trace=[0])
-    assert (len(compiled), count()[BUILT]) == (5, 0)
+    assert (len(compiled), count()[BUILT]) == (6, 0)
 
 
 @pytest.mark.usefixtures("forgetful")
@@ -102,7 +102,7 @@ def test_one_flyer_compiles_once(count: Count, full: bool) -> None:
     for place, (problem, chunk) in enumerate(((first, 0), (first, 3), (load(CAMPAIGN, [*SHORT, *quick, *OTHER, gain]), 1))):
         _, drawn = Draws.of(problem, np.arange(chunk * LANES, (chunk + 1) * LANES))
         flyer.fly(drawn, 10 + place, every=5, with_envelope=True, trace=range(place + 1))
-        assert count()[BUILT] == (5 if place == 0 else 0), place
+        assert count()[BUILT] == (6 if place == 0 else 0), place
 
 
 @pytest.mark.usefixtures("bare", "forgetful")
@@ -119,9 +119,9 @@ def test_another_run_of_the_same_structure_finds_its_programs(
     monkeypatch.setattr(choice, "_choices", OrderedDict())
     run(CAMPAIGN, tmp_path / "third", [*short, *OTHER, GAIN_QUICK])
     found = count()
-    assert (found[BUILT], found[HIT], found[MISSED]) == (5, 5, 0)
+    assert (found[BUILT], found[HIT], found[MISSED]) == (6, 6, 0)
     run(CAMPAIGN, tmp_path / "fourth", [*SHORT, QUICK, XLA])
-    assert count()[BUILT] == 5
+    assert count()[BUILT] == 6
 
 
 @pytest.mark.usefixtures("forgetful")

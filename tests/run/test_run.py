@@ -35,7 +35,7 @@ TRACE_COLUMNS = [
     *(f"target_r_{a}_m" for a in "xyz"),
     *(f"target_v_{a}_m_s" for a in "xyz"),
     *(f"target_w_{a}_rad_s" for a in "xyz"),
-    *(f"{kind}_{channel}" for kind in ("cmd", "applied", "dist") for channel in CHANNELS),
+    *(f"{kind}_{channel}" for kind in ("cmd", "applied", "dist", "mean") for channel in CHANNELS),
 ]
 
 
@@ -61,7 +61,7 @@ def test_table_has_units_and_meanings(flown: Path) -> None:
 
 
 def test_replay_reproduces_its_row_and_gives_the_contracted_trace(flown: Path) -> None:
-    """Kills: another draw, another program or another step for the replay than for the run (bitwise, 75 columns)."""
+    """Kills: another draw, another program or another step for the replay than for the run (bitwise, 81 columns)."""
     trace, columns, row = replay(flown, 17)
     assert len(trace) == 401
     own = [name for name in trace.columns if name.startswith("ctl.")]

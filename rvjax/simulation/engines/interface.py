@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 from rvjax.physics.state import Step
+from rvjax.physics.vectors import Channels
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.flight import Carry, EnvelopePoint
 
@@ -26,6 +27,13 @@ class Chunk(Protocol):
 
     def observe(self, k: int) -> Step:
         """All values at step k."""
+        ...
+
+    def mean_wrench(self, first: int, last: int) -> Channels:
+        """The mean total wrench from step `first`, at which the chunk is, to step `last` (`simulation.mean_wrench`).
+
+        It flies these steps on a copy: the chunk stays where it is.
+        """
         ...
 
     def finish(self, k: int) -> tuple[Mapping[str, Any], Any]:

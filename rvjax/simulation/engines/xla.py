@@ -13,10 +13,12 @@ import numpy as np
 
 from rvjax.components.metrics.interface import Metric
 from rvjax.physics.state import Step
+from rvjax.physics.vectors import Channels
 from rvjax.simulation import closed_loop, flight, jax_config
 from rvjax.simulation.closed_loop import Drawn, Loop
 from rvjax.simulation.engines.interface import Device
 from rvjax.simulation.flight import Carry, EnvelopePoint
+from rvjax.simulation.mean_wrench import mean_wrench
 from rvjax.timings import phase
 
 
@@ -49,6 +51,7 @@ class XlaEngine:
         self._envelope_point = compiled(partial(flight.envelope_point, evaluate), 0, 0, None)
         self._finish = compiled(partial(flight.finish, evaluate, metrics), 0, 0, None)
         self.observe = compiled(partial(flight.observe, evaluate), 0, 0, None)
+        self.mean_wrench = compiled(partial(mean_wrench, evaluate), 0, 0, None, None)
         self._programs: dict[tuple[Any, ...], Programs] = {}
         self._compiling = Lock()
 
@@ -68,7 +71,7 @@ class XlaEngine:
         place = device or jax.local_devices()[0]
         rows = jax.device_put(np.asarray(leaves, dtype=jax_config.precision()), place)  # a single transfer; 150 would take 6 ms
         programs = self._compiled(place, structure, rows)
-        return XlaChunk(programs, self.observe, *programs.begin(rows))
+        return XlaChunk(programs, self, *programs.begin(rows))
 
     def _compiled(self, device: Device, structure: Any, rows: Any) -> Programs:
         """The programs of a device for these numbers. Other threads wait, so nothing is compiled twice. A program compiles in the
@@ -96,8 +99,8 @@ class XlaEngine:
 class XlaChunk:
     """A chunk on a device of JAX."""
 
-    def __init__(self, programs: Programs, observe: Callable[..., Step], numbers: Drawn, carry: Carry) -> None:
-        self._programs, self._observe = programs, observe
+    def __init__(self, programs: Programs, engine: XlaEngine, numbers: Drawn, carry: Carry) -> None:
+        self._programs, self._engine = programs, engine
         self._numbers, self._carry = numbers, carry
 
     def advance(self, first: int, last: int, threads: int = 1) -> None:
@@ -111,7 +114,11 @@ class XlaChunk:
 
     def observe(self, k: int) -> Step:
         """All values at step k."""
-        return self._observe(self._numbers, self._carry, k)
+        return self._engine.observe(self._numbers, self._carry, k)
+
+    def mean_wrench(self, first: int, last: int) -> Channels:
+        """The mean total wrench from step `first` to step `last`."""
+        return self._engine.mean_wrench(self._numbers, self._carry, first, last)
 
     def finish(self, k: int) -> tuple[Mapping[str, Any], Any]:
         """The metrics, and the times of loss."""

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from rvjax.components.metrics.interface import Metric
 from rvjax.cores import cores
 from rvjax.physics.state import Step
-from rvjax.simulation import closed_loop, flight, jax_config
+from rvjax.physics.vectors import Channels
+from rvjax.simulation import closed_loop, flight, jax_config, mean_wrench
 from rvjax.simulation.closed_loop import Drawn, Loop
 from rvjax.simulation.engines.interface import Device
 from rvjax.simulation.engines.llvm.from_jaxpr import scalarised
@@ -27,6 +28,7 @@ from rvjax.simulation.engines.llvm.machine_code import Function, Target, blocks,
 from rvjax.simulation.engines.llvm.program import Program
 from rvjax.simulation.engines.llvm.text import Kernel
 from rvjax.simulation.flight import Carry, EnvelopePoint
+from rvjax.simulation.mean_wrench import Summed
 from rvjax.timings import phase
 
 EMITTER = 1
@@ -34,6 +36,9 @@ EMITTER = 1
 
 FLIGHT = ("begin", "advance", "finish")
 """The functions that every flight needs."""
+
+ADVANCING = ("begin", "advance", "mean_wrench")
+"""The functions whose results the next step takes."""
 
 PAYS = 1_500_000
 """Steps of single samples from which on optimising pays: code that is compiled as fast as possible takes a second more for two
@@ -62,12 +67,13 @@ class Flight:
         evaluate = jax.jit(partial(closed_loop.evaluate, loop))  # traced once for the four stages of a step
         self.numbers, self.real = numbers, np.dtype(jax.tree.leaves(numbers)[0].dtype)
         self.target, self.lanes = target, target.lanes * 8 // self.real.itemsize
-        self._functions: Mapping[str, tuple[Callable[..., Any], bool]] = {
-            "begin": (partial(flight.begin, loop, metrics), False),
-            "advance": (partial(flight.step, evaluate, metrics), True),
-            "envelope_point": (partial(flight.envelope_point, evaluate), True),
-            "observe": (partial(flight.observe, evaluate), True),
-            "finish": (partial(flight.finish, evaluate, metrics), True),
+        self._functions: Mapping[str, Callable[..., Any]] = {
+            "begin": partial(flight.begin, loop, metrics),
+            "advance": partial(flight.step, evaluate, metrics),
+            "envelope_point": partial(flight.envelope_point, evaluate),
+            "observe": partial(flight.observe, evaluate),
+            "mean_wrench": partial(mean_wrench.step, evaluate),
+            "finish": partial(flight.finish, evaluate, metrics),
         }
         self._k = jax.ShapeDtypeStruct((), jnp.int32)
         self._traced: dict[str, Traced] = {}
@@ -80,14 +86,18 @@ class Flight:
         """The carry, as shapes of a single sample."""
         return self.traced("begin").results
 
+    def _taken(self, name: str) -> Any:
+        """What a function gets from the step before, as shapes of a single sample."""
+        return () if name == "begin" else Summed(self.carry, self.numbers.upper) if name == "mean_wrench" else self.carry
+
     def traced(self, name: str) -> Traced:
         """A function as a scalar program. Errors: UnsupportedError."""
         with self._tracing:
             if name not in self._traced:
-                function, stepped = self._functions[name]
-                given = (self.numbers, self.carry, self._k) if stepped else (self.numbers,)
+                stepped = name != "begin"
+                given = (self.numbers, self._taken(name), self._k) if stepped else (self.numbers,)
                 with phase("trace"):
-                    program, results = scalarised(function, *given, step=stepped)
+                    program, results = scalarised(self._functions[name], *given, step=stepped)
                     self._traced[name] = Traced(program, results, count(results))
             return self._traced[name]
 
@@ -115,10 +125,10 @@ class Flight:
                 kernel = Kernel(
                     self.traced(name).program,
                     numbers=count(self.numbers),
-                    carry=0 if name == "begin" else count(self.carry),
+                    carry=count(self._taken(name)),
                     lanes=self.lanes,
                     real=self.real,
-                    out=self.real if name in ("begin", "advance") else np.dtype(np.float64),
+                    out=self.real if name in ADVANCING else np.dtype(np.float64),
                 )
                 with phase("compile"):
                     self._compiled[name, level] = Function(kernel, self.target, level)
@@ -213,6 +223,14 @@ class LlvmChunk:
     def observe(self, k: int) -> Step:
         """All values at step k."""
         return self._looked("observe", k)
+
+    def mean_wrench(self, first: int, last: int) -> Channels:
+        """The mean total wrench from step `first` to step `last`."""
+        traced, carry = self._flight.traced("mean_wrench"), self._carry.shape[1]
+        summed = self._memory(traced.size, self._flight.real)
+        summed[:, :carry] = self._carry
+        self._flight.function("mean_wrench")(self._groups, first, last, self._numbers, summed, summed)
+        return self._tree(summed[:, carry:] / (last - first), traced.results.means)
 
     def finish(self, k: int) -> tuple[Mapping[str, Any], Any]:
         """The metrics, and the times of loss."""
