@@ -59,6 +59,7 @@ SLOW = frozenset(
         "physics/test_margins.py::test_folds_are_the_definition_on_random_traces",
         "physics/test_mean_wrench.py::test_a_thinned_row_has_the_mean_up_to_the_next[xla]",
         "physics/test_noise.py::test_noise_is_the_sample_s_own_wherever_it_flies",
+        "physics/test_propellant.py::test_what_is_burnt_is_what_the_thrusters_gave[bounded-least-squares]",
         "physics/test_rehearsal.py",
         "physics/test_sampling.py::test_where_a_flight_is_interrupted_changes_nothing_of_what_is_held",
         "physics/test_thrusters.py::test_bounded_least_squares_is_that_of_scipy[crooked]",

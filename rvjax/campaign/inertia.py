@@ -224,24 +224,25 @@ def check_centre(inertia: PrincipalInertia | MatrixInertia, mass: Quantity, cent
     if not math.isfinite(heaviest) or not math.isfinite(centre.largest_norm):
         refuse(Problem("mass or centre of mass is unbounded", f"accepted: bounded distributions, {INSTEAD} (in inertia_kgm2)"))
     free = centre.joint is not None or (isinstance(inertia, PrincipalInertia) and (inertia.axis or inertia.attitude))
-    corners = _corners(*inertia.entries, *(() if free else (centre,)))
     if free:
-        sigma = [0.5 * np.trace(j) * np.eye(3) - j for j in map(_full, corners.T[:, :6])]
-        least = float(np.linalg.eigvalsh(np.array(sigma)).min())
+        least = float(np.linalg.eigvalsh(sigmas(inertia)).min())
         if heaviest * centre.largest_norm**2 > least:
             reached, allowed = exact(heaviest * centre.largest_norm**2), exact(max(least, 0.0))
             message = f"m |c|^2 reaches {reached} kg·m², the body allows {allowed} kg·m²"
             refuse(Problem(message, accepted))
         return
-    moved = about_centre(_entries(corners), heaviest, tuple(corners[-3:]))
+    box = corners(*inertia.entries, centre)
+    moved = about_centre(_entries(box), heaviest, tuple(box[-3:]))
     wrong = np.flatnonzero(~physical(moved))
     if wrong.size:
-        at = ", ".join(exact(entry) for entry in corners[-3:, wrong[0]])
+        at = ", ".join(exact(entry) for entry in box[-3:, wrong[0]])
         refuse(Problem(f"the draw {at} with {exact(heaviest)} kg leaves an unphysical inertia", accepted))
 
 
-def _full(corner: NDArray[np.float64]) -> NDArray[np.float64]:
-    return matrix(tuple(corner[:3]), tuple(corner[3:]))
+def sigmas(inertia: PrincipalInertia | MatrixInertia) -> NDArray[np.float64]:
+    """(n, 3, 3) Σ = ½ tr(J) I − J at every corner of the box of supports, before J is turned."""
+    full = [matrix(tuple(corner[:3]), tuple(corner[3:])) for corner in corners(*inertia.entries).T]
+    return np.array([0.5 * np.trace(j) * np.eye(3) - j for j in full])
 
 
 def matrix(moments: tuple[float, ...], products: tuple[float, ...]) -> NDArray[np.float64]:
@@ -250,15 +251,15 @@ def matrix(moments: tuple[float, ...], products: tuple[float, ...]) -> NDArray[n
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def _corners(moments: Quantity, products: Quantity | None, *more: Quantity) -> NDArray[np.float64]:
-    """Every corner of the box of supports, in columns: moments, products, further numbers in rows."""
+def corners(*quantities: Quantity | None) -> NDArray[np.float64]:
+    """Every corner of the box of supports, in columns; the components of the quantities in rows, of None three zeros."""
     none = ((0.0, 0.0),) * 3
-    boxes = [moments.supports, none if products is None else products.supports, *(quantity.supports for quantity in more)]
+    boxes = [none if quantity is None else quantity.supports for quantity in quantities]
     return np.array(list(product(*(sorted(set(support)) for box in boxes for support in box)))).T
 
 
-def _entries(corners: NDArray[np.float64]) -> Any:
-    return tuple(corners[:6])
+def _entries(box: NDArray[np.float64]) -> Any:
+    return tuple(box[:6])
 
 
 def _check_corners(moments: Quantity, products: Quantity | None = None) -> None:
@@ -271,13 +272,13 @@ def _check_corners(moments: Quantity, products: Quantity | None = None) -> None:
                 f"accepted: a bounded distribution, such as truncated_normal or uniform, {INSTEAD}",
             )
         )
-    corners = _corners(moments, products)
+    box = corners(moments, products)
     for holds, message, accepted in (
         (definite, "is not positive definite", "accepted: smaller products of inertia"),
         (triangle, "breaks the triangle inequality of the principal moments", "accepted: none above the sum of the others"),
     ):
         order = "" if products is None else f"; {ORDER}"
-        wrong = np.flatnonzero(~holds(_entries(corners)))
+        wrong = np.flatnonzero(~holds(_entries(box)))
         if wrong.size:
-            entries = ", ".join(exact(entry) for entry in corners[: 3 * len(given), wrong[0]])
+            entries = ", ".join(exact(entry) for entry in box[: 3 * len(given), wrong[0]])
             refuse(Problem(f"the draw {entries} {message}", f"{accepted}, in every draw, {INSTEAD}{order}"))

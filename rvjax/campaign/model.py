@@ -7,9 +7,9 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, cast
+from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
-from pydantic import PrivateAttr, ValidationInfo, field_validator
+from pydantic import PrivateAttr, ValidationInfo, field_validator, model_validator
 
 from rvjax.campaign.actuators import AnyActuators, Thrusters
 from rvjax.campaign.attachments import attach
@@ -22,6 +22,7 @@ from rvjax.campaign.inertia import Inertia, check_centre
 from rvjax.campaign.overrides import override, replace_values
 from rvjax.campaign.plain_values import Place, exact
 from rvjax.campaign.problems import Problem, refuse, unexpected
+from rvjax.campaign.propellant import Propellant, check_propellant
 from rvjax.campaign.python_files import PythonFile
 from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.requirement import Requirement
@@ -66,13 +67,18 @@ class Target(Model):
 
 
 class Pursuer(Model):
-    """The body that docks. Its controller does not know these numbers."""
+    """The body that docks, at t = 0 and with all its propellant. Its controller does not know these numbers."""
 
     EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"mass_kg": 100, "inertia_kgm2": {"principal": [22, 20, 23]}},)
 
     mass_kg: Quantity = scalar("kg", above=0.0, doc="mass of the pursuer")
     inertia_kgm2: Inertia = part(doc="inertia of the pursuer about its reference point")
     centre_of_mass_m: Quantity = vector("m", default=0.0, doc="centre of mass, from the reference point, in the pursuer's frame")
+    propellant: Propellant | None = part(
+        default=None,
+        example={"mass_kg": 8, "specific_impulse_s": 220},
+        doc="propellant that the actuators burn; without it the mass does not change",
+    )
 
     @field_validator("centre_of_mass_m")
     @classmethod
@@ -80,6 +86,14 @@ class Pursuer(Model):
         if {"mass_kg", "inertia_kgm2"} <= info.data.keys():
             check_centre(info.data["inertia_kgm2"], info.data["mass_kg"], centre)
         return centre
+
+    @field_validator("propellant")
+    @classmethod
+    def _inside_the_mass(cls, propellant: Propellant | None, info: ValidationInfo) -> Propellant | None:
+        body = info.data
+        if propellant is not None and {"mass_kg", "inertia_kgm2", "centre_of_mass_m"} <= body.keys():
+            check_propellant(body["inertia_kgm2"], body["mass_kg"], body["centre_of_mass_m"], propellant)
+        return propellant
 
 
 class Start(Model):
@@ -238,6 +252,15 @@ class Spec(Model):
                 )
         return tune
 
+    @model_validator(mode="after")
+    def _arm_of_channels(self) -> Self:
+        """Thrusters have places, from which their torques follow."""
+        propellant = self.pursuer.propellant
+        if propellant is not None and propellant.torque_arm_m is not None and isinstance(self.actuators, Thrusters):
+            place = ("pursuer", "propellant", "torque_arm_m")
+            refuse(Problem("an arm of the torque channels, but thrusters fly", "accepted: no torque_arm_m", place, at_key=True))
+        return self
+
     @property
     def source(self) -> Source:
         """The file that the campaign was read from; equal campaigns may have different sources."""
@@ -278,6 +301,7 @@ class Spec(Model):
         parts: dict[str, Any] = {name: getattr(self, name) for name in names}
         parts |= {"components": [*self.flying, self.saturation]}
         parts |= {"parameters": self._parameters(parameters), "control_steps": self.horizon.control_steps}
+        parts |= {"propellant": self.pursuer.propellant}
         return _digest(parts, numbers=False)
 
     def _parameters(self, parameters: Mapping[Place, Model]) -> dict[str, Any]:

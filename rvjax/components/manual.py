@@ -27,6 +27,7 @@ PACKAGE = "rvjax"
 
 CHAPTERS = {
     "dynamics": "physics.dynamics",
+    "propellant": "physics.propellant",
     "backstepping": "physics.backstepping",
     "nominal": "campaign.nominal_body",
     "plausibility": "simulation.plausibility",

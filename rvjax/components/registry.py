@@ -166,9 +166,10 @@ _INTERFACES = {
 """What `build` gives, by family."""
 
 
-def standard_metrics() -> tuple[Any, ...]:
-    """The metrics of every campaign: those without parameters."""
-    return tuple(metric for metric in sound(family="metrics").values() if not isinstance(metric, Component))
+def standard_metrics(propellant: bool = False) -> tuple[Any, ...]:
+    """The metrics of every campaign, those without parameters. propellant: also those of a campaign with propellant."""
+    metrics = (metric for metric in sound(family="metrics").values() if not isinstance(metric, Component))
+    return tuple(metric for metric in metrics if propellant or not metric.with_propellant)
 
 
 def choosable(family: str) -> dict[str, Component[Any]]:

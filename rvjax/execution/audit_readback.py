@@ -24,6 +24,7 @@ from rvjax.campaign.inertia import MatrixInertia, PrincipalInertia
 from rvjax.campaign.quantity import COMPONENTS
 from rvjax.campaign.thruster_layout import thruster_names
 from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.propellant import Propellant
 from rvjax.physics.vectors import Thrusts
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
@@ -68,6 +69,10 @@ def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack
         "actuators.upper": numbers.upper,
         "actuators.lower": numbers.lower,
     }
+    if isinstance(propellant := numbers.propellant, Propellant):
+        names = ("mass_kg", "specific_impulse_s", "tank_m", "torque_arm_m")
+        pairs = zip(names, propellant, strict=True)
+        named |= {f"pursuer.propellant.{name}": value for name, value in pairs if not isinstance(value, tuple)}
     groups = (
         (problem.faults, numbers.faults),
         (problem.disturbances, numbers.disturbances),

@@ -102,12 +102,20 @@ class Report(NamedTuple):
     signals: Mapping[str, Any]
 
 
+class Tank(NamedTuple):
+    """Propellant used since t = 0, and left [kg]."""
+
+    used: Scalar
+    left: Scalar
+
+
 class Step(NamedTuple):
     """All values of a flight at an instant, for metrics and traces.
 
     measured: the motion with the navigation errors. command: v before the saturation; commanded: h(v); applied: after the faults;
     disturbance: added to it [N, N·m]. thrusts: after the faults [N], empty without thrusters. effects: of each effect its state
-    and its signals. total: applied wrench, disturbances and effects, about the centre of mass, in P [N, N·m].
+    and its signals. total: applied wrench, disturbances and effects, about the centre of mass, in P [N, N·m]. tank: empty in a
+    campaign without propellant; with it, plant has the mass, inertia and centre of the instant.
     """
 
     t: Scalar
@@ -123,15 +131,18 @@ class Step(NamedTuple):
     thrusts: Thrusts | tuple[()] = ()
     effects: tuple[tuple[Any, Mapping[str, Any]], ...] = ()
     total: Channels | tuple[()] = ()
+    tank: Tank | tuple[()] = ()
 
 
 class State(NamedTuple):
-    """All integrated values: relative motion, target, state of the controller, states of the effects in the campaign's order."""
+    """All integrated values: relative motion, target, state of the controller, states of the effects in the campaign's order,
+    consumed propellant [kg] (empty in a campaign without propellant)."""
 
     motion: Motion
     target: TargetMotion
     control: Any
     effects: tuple[Any, ...] = ()
+    consumed: Scalar | tuple[()] = ()
 
 
 @jax.tree_util.register_pytree_node_class

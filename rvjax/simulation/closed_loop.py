@@ -10,6 +10,8 @@ is solved at the start of a step; within the step its solution is updated (`thru
 nominal thrusters: it opens each by a share x. The drawn largest thrust f_max (modulated valves) and the faults come after it.
 After the faults too a thrust lies between 0 and f_max.
 
+With propellant (`rvjax.physics.propellant`) ṁ_c is a part of ẏ, and mass, inertia and centre of mass are those of the instant.
+
 Faults, disturbances and navigation errors may have a memory, and a controller may be sampled. All of this is updated at the start
 of a step and held during the step, so every stage of the integration sees the same smooth right-hand side.
 """
@@ -30,8 +32,9 @@ from rvjax.components.faults.interface import Fault
 from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.navigation.interface import NavigationError
 from rvjax.physics.dynamics import motion_rate, relative, target_alpha, target_rate
+from rvjax.physics.propellant import Propellant, feeds, flow, level, lighter, supplied
 from rvjax.physics.saturation import Saturation, saturate
-from rvjax.physics.state import Measurement, Motion, Numbers, Plant, State, Step, TargetMotion, Tick
+from rvjax.physics.state import Measurement, Motion, Numbers, Plant, State, Step, Tank, TargetMotion, Tick
 from rvjax.physics.thruster_allocation import ThrusterSystem
 from rvjax.physics.vectors import Channels, Scalar, Thrusts, Vector, cross, each, shadow
 from rvjax.simulation.effects_sum import effects_sum
@@ -56,7 +59,8 @@ class Loop(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """Numbers: all drawn values of a sample. upper, lower: nominal limits, which the controller may know."""
+    """Numbers: all drawn values of a sample. plant: at t = 0. upper, lower: nominal limits, which the controller may know.
+    propellant: empty in a campaign without."""
 
     plant: Plant
     motion: Motion
@@ -70,6 +74,7 @@ class Drawn(NamedTuple):
     navigation: tuple[Numbers, ...] = ()
     actuation: tuple[Numbers, ...] = ()
     effects: tuple[Numbers, ...] = ()
+    propellant: Propellant | tuple[()] = ()
 
 
 class Sampled(NamedTuple):
@@ -94,7 +99,7 @@ class Held(NamedTuple):
 
     faults, disturbances, navigation, actuation: memories of the components, in the order of the campaign. control: the last
     sample of a sampled or discrete-time controller, empty if it is continuous. solved: the solution of the allocation, empty
-    without thrusters."""
+    without thrusters. fed: 1 while there is propellant, else 0; empty in a campaign without propellant."""
 
     faults: tuple[Any, ...]
     disturbances: tuple[Any, ...]
@@ -102,6 +107,7 @@ class Held(NamedTuple):
     control: Sampled | Discrete | tuple[()]
     solved: Any = ()
     actuation: tuple[Any, ...] = ()
+    fed: Scalar | tuple[()] = ()
 
 
 def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
@@ -119,6 +125,7 @@ def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
     sample: Sampled | Discrete | tuple[()] = Sampled(tick.t, first, drawn.target, zero) if loop.sampling else ()
     if isinstance(loop.controller, DiscreteController):
         integrated, sample = (), _before_its_first_instant(loop.controller, loop, drawn, view, integrated)
+    consumed = drawn.context.step_s * 0.0 if isinstance(drawn.propellant, Propellant) else ()
     held = Held(
         faults=tuple(fault.start(idle, numbers) for fault, numbers in zip(loop.faults, drawn.faults, strict=True)),
         disturbances=tuple(d.start(numbers) for d, numbers in zip(loop.disturbances, drawn.disturbances, strict=True)),
@@ -126,14 +133,15 @@ def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
         control=sample,
         solved=loop.gear.allocation.idle(zero) if loop.gear is not None else (),
         actuation=tuple(actuator.start(idle, numbers) for actuator, numbers in zip(loop.actuation, drawn.actuation, strict=True)),
+        fed=feeds(drawn.propellant, consumed) if isinstance(drawn.propellant, Propellant) else (),
     )
     effects = tuple(effect.start(numbers) for effect, numbers in zip(loop.effects, drawn.effects, strict=True))
-    return State(motion, drawn.target, integrated, effects), held
+    return State(motion, drawn.target, integrated, effects, consumed), held
 
 
 def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Tick | None = None) -> tuple[State, Step, Held]:
     """(ẏ, the step at this instant, held values). tick: at the start of a step; the held values are then updated before use."""
-    plant = drawn.plant
+    plant, tank, fed = present(drawn, y.consumed, held.fed, tick)
     alpha_t = alpha(y.target, plant)
     motion, navigation = measured(loop, drawn, t, y.motion, held.navigation, tick)
     view = measurement(t, motion, y.target, alpha_t, drawn)
@@ -142,8 +150,12 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
 
     commanded, _ = actuators(response.command)
     applied, thrusts, acted = actuated(loop, drawn, t, commanded, held, tick)
+    burning: Scalar | tuple[()] = ()
+    if isinstance(drawn.propellant, Propellant):
+        applied, thrusts = supplied(drawn.propellant, fed, applied, thrusts)
+        burning = flow(drawn.propellant, applied, thrusts)
     known = relative(y.motion, y.target, alpha_t, plant.port)
-    disturbance, disturbances = disturbance_sum(loop, drawn, t, y, known, held.disturbances, tick=tick)
+    disturbance, disturbances = disturbance_sum(loop, drawn, t, y, known, plant, held.disturbances, tick=tick)
 
     moment = applied.torque - cross(plant.centre, applied.force)  # about the centre of mass
     wrench = Channels(applied.force, moment) + disturbance
@@ -153,11 +165,23 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
         target=target_rate(y.target, alpha_t),
         control=response.rate,
         effects=rates,
+        consumed=burning,
     )
     command = response.command
     step = Step(t, y.motion, motion, y.target, plant, command, commanded, applied, disturbance, response.report, thrusts)
-    step = step._replace(effects=tuple(zip(y.effects, signals, strict=True)), total=wrench)
-    return rate, step, acted._replace(disturbances=disturbances, navigation=navigation, control=control)
+    step = step._replace(effects=tuple(zip(y.effects, signals, strict=True)), tank=tank, total=wrench)
+    return rate, step, acted._replace(disturbances=disturbances, navigation=navigation, control=control, fed=fed)
+
+
+def present(
+    drawn: Drawn, consumed: Scalar | tuple[()], fed: Scalar | tuple[()], tick: Tick | None
+) -> tuple[Plant, Tank | tuple[()], Scalar | tuple[()]]:
+    """(plant of the instant, what is in its tank, whether its actuators are fed)."""
+    if not isinstance(drawn.propellant, Propellant):
+        return drawn.plant, (), fed
+    tank = level(drawn.propellant, consumed)
+    fed = fed if tick is None else feeds(drawn.propellant, consumed)
+    return lighter(drawn.plant, drawn.propellant, tank.used), tank, fed
 
 
 def alpha(target: TargetMotion, plant: Plant) -> Vector:
@@ -285,13 +309,13 @@ def after_faults(
 
 
 def disturbance_sum(
-    loop: Loop, drawn: Drawn, t: Scalar, y: State, known: Any, memories: tuple[Any, ...], *, tick: Tick | None
+    loop: Loop, drawn: Drawn, t: Scalar, y: State, known: Any, plant: Plant, memories: tuple[Any, ...], *, tick: Tick | None
 ) -> tuple[Channels, tuple[Any, ...]]:
-    """The sum of the disturbances, and the memories."""
+    """The sum of the disturbances on the plant of the instant, and the memories."""
     total, kept = drawn.plant.upper * 0.0, list[Any]()
     for disturbance, numbers, memory in zip(loop.disturbances, drawn.disturbances, memories, strict=True):
         now = memory if tick is None else disturbance.keep(tick, y, memory, numbers)
-        total = total + disturbance.push(t, y, known, drawn.plant, now, numbers)
+        total = total + disturbance.push(t, y, known, plant, now, numbers)
         kept.append(now)
     return total, tuple(kept)
 

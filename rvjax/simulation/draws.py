@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax import elementary
-from rvjax.campaign import Quantity
+from rvjax.campaign import Quantity, Spec
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.schedule import Schedule
 from rvjax.columns import Column, draw_column
 from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.samplers.interface import Points
 from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.propellant import Propellant
 from rvjax.physics.state import Motion, Numbers, Plant, TargetMotion
 from rvjax.physics.vectors import Channels, Thrusts, Vector, inverse, rotate, rotation
 from rvjax.simulation.closed_loop import Drawn
@@ -189,7 +190,16 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
         effects=tuple(draws.numbers(part) for part in problem.effects),
         gains=draws.numbers(problem.controller, below="gains"),
         context=_context(problem, draws, port, faults),
+        propellant=_propellant(spec, draws),
     )
+
+
+def _propellant(spec: Spec, draws: Draws) -> Propellant | tuple[()]:
+    """What the actuators burn; empty in a campaign without propellant."""
+    if (given := spec.pursuer.propellant) is None:
+        return ()
+    values = {name: draws.take(f"pursuer.propellant.{name}", quantity) for name, quantity in given.quantities().items()}
+    return Propellant(values["mass_kg"], values["specific_impulse_s"], values["tank_m"], values.get("torque_arm_m", ()))
 
 
 def _true_limits(problem: Problem, draws: Draws, upper: Channels, lower: Channels) -> dict[str, Any]:

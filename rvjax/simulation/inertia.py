@@ -2,13 +2,14 @@
 
     J_O = T diag(J₁, J₂, J₃) Tᵀ  or  [Jxx Jxy Jxz; …],      J_C = J_O − m (|c|² I − c cᵀ)
 
-O: reference point of the body, C: its centre of mass, c: from O to C, m: mass.
+O: reference point of the body, C: its centre of mass, c: from O to C, m: mass. Without its propellant of mass p at r (from O) the
+body has the inertia J_C − m p/(m − p) (|r − c|² I − (r − c)(r − c)ᵀ).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -27,16 +28,18 @@ Parts = Callable[[str, Quantity], tuple[Values, ...]]
 
 @dataclass(frozen=True)
 class Body:
-    """path: name of its inertia. mass_and_centre: quantities by name, empty if the centre of mass is the reference point."""
+    """path: name of its inertia. mass_and_centre: quantities by name, empty if the centre of mass is the reference point.
+    emptied: mass, centre of mass, propellant and tank by name, empty without propellant."""
 
     path: str
     inertia: PrincipalInertia | MatrixInertia
     mass_and_centre: Mapping[str, Quantity]
+    emptied: Mapping[str, Quantity] = field(default_factory=dict[str, Quantity])
 
     @property
     def quantities(self) -> dict[str, Quantity]:
-        """The quantities that determine J_C, by name."""
-        return {**self.inertia.quantities(self.path), **self.mass_and_centre}
+        """The quantities that determine J_C, with and without propellant, by name."""
+        return {**self.inertia.quantities(self.path), **self.mass_and_centre, **self.emptied}
 
     def entries(self, parts: Parts) -> tuple[Any, ...]:
         """J_C."""
@@ -51,8 +54,13 @@ class Body:
         return Symmetric(*self.entries(parts))
 
     def exists(self, parts: Parts) -> NDArray[np.bool_]:
-        """(samples,) whether J_C is physical."""
-        return physical(self.entries(parts))
+        """(samples,) whether J_C is physical, with an empty tank too."""
+        entries: Any = self.entries(parts)
+        if not self.emptied:
+            return physical(entries)
+        (m,), c, (p,), r = (parts(name, quantity) for name, quantity in self.emptied.items())
+        x, y, z = (a - b for a, b in zip(r, c, strict=True))
+        return physical(entries) & physical(about_centre(entries, m * p / (m - p), (x, y, z)))
 
     def _about_reference(self, parts: Parts) -> Any:
         """J_O."""
@@ -87,7 +95,11 @@ def bodies(spec: Spec) -> tuple[Body, Body]:
     pursuer = spec.pursuer
     mass_and_centre = {"pursuer.mass_kg": pursuer.mass_kg, "pursuer.centre_of_mass_m": pursuer.centre_of_mass_m}
     moved = pursuer.centre_of_mass_m.largest_norm > 0.0
+    emptied: dict[str, Quantity] = {}
+    if (propellant := pursuer.propellant) is not None:
+        tank = {"pursuer.propellant.mass_kg": propellant.mass_kg, "pursuer.propellant.tank_m": propellant.tank_m}
+        emptied = {**mass_and_centre, **tank}
     return (
-        Body("pursuer.inertia_kgm2", pursuer.inertia_kgm2, mass_and_centre if moved else {}),
+        Body("pursuer.inertia_kgm2", pursuer.inertia_kgm2, mass_and_centre if moved else {}, emptied),
         Body("target.inertia_kgm2", spec.target.inertia_kgm2, {}),
     )

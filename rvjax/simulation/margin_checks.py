@@ -45,14 +45,15 @@ class AvailableSignals:
         effects: Mapping[str, EffectChoice | None],
         measured: bool,
         thrusters: int | None,
+        propellant: bool,
     ) -> AvailableSignals:
         """controller, effects: None where a part of the campaign is wrong. effects: in the order of the campaign. measured:
-        whether there are navigation errors."""
+        whether there are navigation errors. propellant: whether the pursuer has propellant."""
         moving = {name: (choice[0], moved(*choice)) for name, choice in effects.items() if choice is not None}
 
         def signals(choice: ControllerChoice | None) -> dict[str, Signal]:
             meanings, values = ({}, {}) if choice is None else (choice[0].signals, reported(*choice))
-            return recorded(meanings, values, measured, thrusters or 0, moving) | derived()
+            return recorded(meanings, values, measured, thrusters or 0, moving, propellant) | derived()
 
         others = {name: signals(choice) for name, choice in baselines.items()}
         return cls(signals(controller), controller is not None, others, {name: name in moving for name in effects}, thrusters)
@@ -87,6 +88,8 @@ class AvailableSignals:
             return f"{shown} is a mean over the steps from a row of the trace to the next, no signal", _AT_AN_INSTANT
         if name.startswith("seen_") and name in recorded({}, {}, True, 0):
             return f"{shown} is not recorded: there is no navigation", f"accepted: {name.removeprefix('seen_')}, the true one"
+        if name in recorded({}, {}, False, 0, propellant=True):
+            return f"{shown} is not recorded: there is no propellant", "accepted: a signal of the flight, or pursuer.propellant"
         if re.fullmatch(r"thrust_t[0-9]{1,3}_N", name):
             if self.thrusters is None:
                 return None

@@ -34,8 +34,8 @@ class Entry(NamedTuple):
 class Outline:
     """components: every mapping with a `use`. baselines, effects: their names, in order. actuators: names of the channels or
     thrusters, empty if the actuators are wrong. layout: of the thrusters, None without or if they are wrong. duration_s: of a
-    flight, None if it is no number. margins: as written, None without. metric_uses: place and mapping of each requirement and
-    objective.
+    flight, None if it is no number. propellant: whether the pursuer has propellant. margins: as written, None without.
+    metric_uses: place and mapping of each requirement and objective.
     """
 
     components: tuple[Entry, ...]
@@ -45,6 +45,7 @@ class Outline:
     layout: Layout | None
     navigation: bool
     duration_s: float | None
+    propellant: bool
     margins: Any
     metric_uses: tuple[tuple[Place, Mapping[str, Any]], ...]
 
@@ -54,7 +55,7 @@ class Outline:
         campaign: Mapping[str, Any] = source.value or {}
         horizon = campaign.get("horizon")
         duration = horizon.get("duration_s") if is_mapping(horizon) else None
-        actuators = campaign.get("actuators")
+        actuators, pursuer = campaign.get("actuators"), campaign.get("pursuer")
         layout = thruster_layout(actuators)
         return cls(
             components=tuple(_components(campaign)),
@@ -64,6 +65,7 @@ class Outline:
             layout=layout,
             navigation=bool(campaign.get("navigation")),
             duration_s=duration if isinstance(duration, (int, float)) else None,
+            propellant=is_mapping(pursuer) and pursuer.get("propellant") is not None,
             margins=campaign.get("margins"),
             metric_uses=tuple(_metric_uses(campaign)),
         )

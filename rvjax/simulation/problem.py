@@ -146,7 +146,7 @@ def _baselines(problem: Problem) -> dict[str, Problem]:
 def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Problem:
     """The problem of a campaign, from the results of `parse`. CampaignError with every finding."""
     outline = Outline.of(source)
-    metrics: tuple[Metric, ...] = standard_metrics()
+    metrics: tuple[Metric, ...] = standard_metrics(outline.propellant)
     if any(isinstance(entry.raw["use"], PythonFile) for entry in outline.components):
         _configure(source)  # the code of a user may start JAX
     parameters: dict[Place, Model] = {}
@@ -270,7 +270,8 @@ def _parameters(entry: Entry, outline: Outline, body: NominalBody, source: Sourc
     actuators = outline.actuators if section == "faults" else CHANNELS
     member: Component[Any] | Metric = component(FAMILY_OF[section], use)
     if not isinstance(member, Component):
-        return None, [source.finding(entry.name_place, f"{use} is on in every campaign", "accepted: no entry for it")]
+        where = "campaign with pursuer.propellant" if member.with_propellant else "campaign"
+        return None, [source.finding(entry.name_place, f"{use} is on in every {where}", "accepted: no entry for it")]
     form: type[Model] = member.parameters
     model, findings = validate(form, body.complete(form, values), place, source, actuators)
     if isinstance(model, FaultParameters):
@@ -333,7 +334,12 @@ def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> A
     }
     thrusters = 0 if outline.actuators == CHANNELS else len(outline.actuators)
     return AvailableSignals.of(
-        choices.get(("controller",)), baselines, effects, outline.navigation, thrusters if outline.actuators else None
+        choices.get(("controller",)),
+        baselines,
+        effects,
+        outline.navigation,
+        thrusters if outline.actuators else None,
+        outline.propellant,
     )
 
 
@@ -346,7 +352,10 @@ def _unknown_metrics(source: Source, outline: Outline, names: Sequence[str]) -> 
         if not isinstance(metric := raw.get("metric"), str):
             continue
         channels = [channel for name, channel in map(metric_and_channel, columns) if name == metric]
-        if metric not in known:
+        if metric not in known and any(metric in other.columns for other in standard_metrics(propellant=True)):
+            accepted = "accepted: a metric of this campaign, or pursuer.propellant, with which it is one"
+            findings.append(source.finding((*place, "metric"), f"{metric} is no metric without propellant", accepted))
+        elif metric not in known:
             findings.append(source.finding((*place, "metric"), f"{describe(metric)} is no metric", did_you_mean(metric, known)))
         elif "channel" in raw and "any" not in channels:
             findings.append(source.finding((*place, "channel"), f"{metric} has no channels", "accepted: none", key=True))

@@ -71,11 +71,13 @@ def recorded(
     measured: bool,
     thrusters: int,
     effects: Mapping[str, tuple[Effect, Any]] | None = None,
+    propellant: bool = False,
 ) -> dict[str, Signal]:
     """The columns of a trace, by name and in their order; everything in SI, frames as in `rvjax.physics.state`.
 
     meanings: of the declared signals of the controller; values: a value of each signal, whose type says its components. measured:
     include the measured motion. thrusters: their number. effects: name → (effect, its state and its signals at an instant).
+    propellant: include what is left of it, and the mass and the centre of mass of the instant.
     """
     signals = [Signal(Column("t_s", "s", "time"), lambda step: step.t), *_motion(measured), *_wrenches()]
     for i in range(thrusters):
@@ -89,7 +91,18 @@ def recorded(
             signals.append(Signal(column, lambda step, name=name, suffix=suffix: _parts(step.report.signals[name])[suffix]))
     for index, (name, (effect, (state, given))) in enumerate((effects or {}).items()):
         signals += _of_effect(index, name, effect, state, given)
+    signals += _of_propellant() if propellant else []
     return {signal.column.name: signal for signal in signals}
+
+
+def _of_propellant() -> list[Signal]:
+    """What changes as propellant is used."""
+    centre = "centre_of_mass_{}_m", "centre of mass, from the reference point, in P"
+    return [
+        Signal(Column("propellant_left_kg", "kg", "propellant left"), attrgetter("tank.left")),
+        Signal(Column("mass_kg", "kg", "mass of the pursuer"), attrgetter("plant.mass")),
+        *(Signal(Column(centre[0].format(axis), "m", centre[1]), attrgetter(f"plant.centre.{axis}")) for axis in AXES),
+    ]
 
 
 def _of_effect(index: int, name: str, effect: Effect, state: Any, given: Mapping[str, Any]) -> Iterator[Signal]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from rvjax.columns import CHANNELS, Column, draw_column, metric_column
 from rvjax.components.effects.interface import Effect
-from rvjax.physics.state import Step
+from rvjax.physics.state import Step, Tank
 from rvjax.physics.vectors import Channels
 from rvjax.simulation.batch import Flown
 from rvjax.simulation.draws import Draws
@@ -92,7 +92,7 @@ def trace_tables(
     (samples,) = steps[0].motion.rho.x.shape
     flat: Step = jax.tree.map(lambda *each: np.concatenate(each), *steps)
     moving = {name: (effect, flat.effects[index]) for index, (name, effect) in enumerate((effects or {}).items())}
-    columns = recorded(signals, flat.report.signals, measured, len(thrusts(flat)), moving)
+    columns = recorded(signals, flat.report.signals, measured, len(thrusts(flat)), moving, isinstance(flat.tank, Tank))
     rows = len(steps) * samples
     data = {name: np.broadcast_to(signal.get(flat), rows).reshape(len(steps), samples) for name, signal in columns.items()}
     none = Channels.of((np.full(samples, np.nan),) * len(CHANNELS))

@@ -46,6 +46,7 @@ REASONS = {
     ("campaign/inertia.py", "np.linalg"): CHECK,
     ("campaign/inertia.py", "**"): CHECK,
     ("campaign/named_files.py", "**"): CHECK,
+    ("campaign/propellant.py", "np.linalg"): CHECK,
     ("campaign/quantity.py", "np.mean"): "of two numbers: their sum, rounded once, by 2",
     ("campaign/thruster_layout.py", "np.linalg"): CHECK,
     ("components/effect.py", "np.sum"): CHECK,

@@ -15,6 +15,7 @@ from tests.mutants import (
     flight_table,
     members_table,
     product_table,
+    propellant_table,
     trace_table,
     user_table,
 )
@@ -29,6 +30,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *data_table.MUTANTS,
     *product_table.MUTANTS,
     *command_table.MUTANTS,
+    *propellant_table.MUTANTS,
     *trace_table.MUTANTS,
     *user_table.MUTANTS,
 )

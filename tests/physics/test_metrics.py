@@ -91,7 +91,8 @@ def brute_force(trace: pd.DataFrame, drawn: Drawn, lane: int) -> dict[str, float
         found[f"{name}.any"] = float(values.max())
 
     applied = columns(trace, "applied_*", CHANNELS)
-    found["delta_v_m_s"] = float(trapezoid(np.linalg.norm(applied[:, :3], axis=1), t)) / float(plant.mass)
+    found["thrust_impulse_Ns"] = float(trapezoid(np.abs(applied[:, :3]).sum(axis=1), t))
+    found["delta_v_m_s"] = found["thrust_impulse_Ns"] / float(plant.mass)
     found["angular_impulse_Nms"] = float(trapezoid(np.linalg.norm(applied[:, 3:], axis=1), t))
     from_port = attitude.apply(rho)
     found["closest_approach_m"] = float(np.linalg.norm(from_port + np.array(plant.port.parts()), axis=1).min())

@@ -132,8 +132,15 @@ def test_programs_are_told_apart_by_functions_not_by_numbers() -> None:
         ["faults=[]"],
         ["horizon.control_period_s=0.2"],
         ["saturation={use: hard-clip}"],
+        ["pursuer.propellant={mass_kg: 2, specific_impulse_s: 220}"],
     ):
         assert load(CAMPAIGN, [*SHORT, *functions]).structure != same
+    burning = {
+        load(CAMPAIGN, [*SHORT, f"pursuer.propellant={{mass_kg: {mass}, specific_impulse_s: 220{more}}}"]).structure
+        for mass in (2, 3)
+        for more in ("", ", torque_arm_m: 0.5")
+    }
+    assert len(burning) == 2
 
 
 @pytest.mark.parametrize("path", sorted((CAMPAIGN.parent / "tuning").glob("*.yaml")), ids=lambda path: path.stem)

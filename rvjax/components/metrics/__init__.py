@@ -1,6 +1,6 @@
 """Metrics: a file per member. Each accumulates over the steps of a flight and gives columns of the samples table
-(`rvjax.components.metrics.interface`). A `Metric` is on in every campaign; a component with parameters is on where the campaign
-chooses it under `metrics`."""
+(`rvjax.components.metrics.interface`). A `Metric` is on in every campaign, or in every campaign with propellant; a component with
+parameters is on where the campaign chooses it under `metrics`."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ MEMBERS = {
     "errors": "rvjax.components.metrics.accuracy",
     "saturation": "rvjax.components.metrics.saturation",
     "effort": "rvjax.components.metrics.effort",
+    "propellant": "rvjax.components.metrics.propellant",
     "adaptation": "rvjax.components.metrics.adaptation",
     "approach": "rvjax.components.metrics.approach",
     "keep-out": "rvjax.components.metrics.keep_out",

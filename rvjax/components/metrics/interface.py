@@ -34,7 +34,7 @@ class MetricContext(NamedTuple):
 
 
 class Metric(NamedTuple):
-    """columns: of the samples table.
+    """columns: of the samples table. with_propellant: it is on only in campaigns with `pursuer.propellant`.
 
     start(context) → acc; update(acc, step, weight, context) → acc; finish(acc, context) → values.
 
@@ -47,3 +47,4 @@ class Metric(NamedTuple):
     start: Callable[[MetricContext], Any]
     update: Callable[[Any, Step, Scalar, MetricContext], Any]
     finish: Callable[[Any, MetricContext], Mapping[str, Any]]
+    with_propellant: bool = False

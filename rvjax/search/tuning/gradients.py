@@ -8,7 +8,9 @@ through every step of the flight (`rvjax.simulation.batch.Tangents`). Each lane 
     metric                             m
     settling_time_s                    ∫ r²/(1 + r²) dt,  r = |ρ|/tube: the time outside of the tube, softened at its edge
     attitude_settling_time_s           the same of |σ|
-    delta_v_m_s, angular_impulse_Nms   ∫ √(|f|² + δ²)/m dt, ∫ √(|τ|² + δ²) dt
+    delta_v_m_s                        ∫ F/m dt,  F = Σ fᵢ of the thrusters, or Σ √(f_axis² + δ²) of the channels
+    thrust_impulse_Ns                  ∫ F dt
+    angular_impulse_Nms                ∫ √(|τ|² + δ²) dt
     window errors, final errors        √ of the mean of |ρ|², or |σ|², over the closing window
 
 The gradient only says where to look: what a candidate is worth comes from its true flights.
@@ -30,7 +32,7 @@ from rvjax.columns import Column
 from rvjax.components.metrics.interface import Metric, MetricContext
 from rvjax.errors import Finding
 from rvjax.physics.state import Step
-from rvjax.physics.vectors import Scalar, Vector
+from rvjax.physics.vectors import Scalar, Thrusts, Vector, each, total
 from rvjax.search.tuning.candidate_flights import Flights
 from rvjax.search.tuning.space import Space
 from rvjax.simulation.batch import Tangents
@@ -63,8 +65,14 @@ def _turned(step: Step, context: MetricContext) -> Scalar:
 
 
 def _pushed(step: Step, context: MetricContext) -> Scalar:
+    return _fired(step, context) / step.plant.mass
+
+
+def _fired(step: Step, context: MetricContext) -> Scalar:
     del context
-    return jnp.sqrt(_squared(step.applied.force) + SOFT**2) / step.plant.mass
+    if isinstance(step.thrusts, Thrusts):
+        return total(step.thrusts)
+    return total(each(lambda f: jnp.sqrt(f * f + SOFT**2), step.applied.force))
 
 
 def _twisted(step: Step, context: MetricContext) -> Scalar:
@@ -96,6 +104,7 @@ SMOOTH: Mapping[str, Metric] = {
     "settling_time_s": _metric(_outside),
     "attitude_settling_time_s": _metric(_turned),
     "delta_v_m_s": _metric(_pushed),
+    "thrust_impulse_Ns": _metric(_fired),
     "angular_impulse_Nms": _metric(_twisted),
     "final_position_error_m": _POSITION,
     "window_position_error_m": _POSITION,
