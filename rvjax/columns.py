@@ -28,6 +28,13 @@ def drawn_columns(columns: Iterable[str]) -> list[str]:
     return [name for name in columns if name.startswith(DRAW) and not name.startswith(draw_column("controller."))]
 
 
+OUTCOMES = ("captured", "not_settled", "collided", "not_finite")
+"""The possible outcomes of a sample; each sample has exactly one."""
+
+FAILED = ("collided", "not_finite")
+"""Outcomes that fail every requirement."""
+
+
 MARGIN = "margin."
 """Prefix of the name of a temporal margin: the metric of a formula in the campaign's `margins`."""
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rvjax.errors import CampaignError
+from rvjax.simulation import scene_checks
 from rvjax.simulation.effect import refused
 from rvjax.simulation.problem import Problem, load
 
@@ -13,6 +14,6 @@ from rvjax.simulation.problem import Problem, load
 def validated(path: Path, overrides: Sequence[str] = ()) -> Problem:
     """The problem of a campaign; CampaignError also for what never acts."""
     problem = load(path, overrides)
-    if findings := refused(problem):
+    if findings := [*refused(problem), *scene_checks.findings(problem)]:
         raise CampaignError(findings)
     return problem

@@ -27,7 +27,7 @@ from rvjax.analysis.verdicts.compliance import RequirementEvaluator, complies
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import title
 from rvjax.campaign import Requirement
-from rvjax.columns import DRAW, Column, drawn_columns, metric_column
+from rvjax.columns import DRAW, FAILED, Column, drawn_columns, metric_column
 from rvjax.errors import UsageError
 from rvjax.places import Place
 from rvjax.run_folder import RunFolder, atomic_files
@@ -183,7 +183,7 @@ def _marks(requirement: Requirement, frame: pd.DataFrame) -> str:
 
 def _metric(frame: pd.DataFrame, columns: Mapping[str, Column], name: str) -> MetricValues:
     column = metric_column(name)
-    values = np.where(frame["outcome"] == "not_finite", math.nan, frame[column].to_numpy(dtype=float))
+    values = np.where(frame["outcome"].isin(FAILED), math.nan, frame[column].to_numpy(dtype=float))
     rounded = [float(f"{x:.9g}") if math.isfinite(x) else None for x in values]
     return MetricValues(better="higher" if columns[column].better == "higher" else "lower", values=rounded)
 

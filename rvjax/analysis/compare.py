@@ -32,12 +32,12 @@ from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import MANY, success_of
 from rvjax.campaign import Requirement, Spec
 from rvjax.campaign.plain_values import exact
-from rvjax.columns import METRIC, Column, metric_column
+from rvjax.columns import METRIC, OUTCOMES, Column, metric_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.components.settings import default
 from rvjax.errors import UsageError
 from rvjax.places import Place
-from rvjax.run_folder import BASELINES, OUTCOMES, RunFolder
+from rvjax.run_folder import BASELINES, RunFolder
 from rvjax.stats import Estimate, Pairs
 from rvjax.stats.sampling_design import Independent
 

@@ -10,9 +10,9 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from rvjax.columns import Column
+from rvjax.columns import OUTCOMES, Column
 from rvjax.errors import FolderError
-from rvjax.run_folder import OUTCOMES, Account
+from rvjax.run_folder import Account
 from rvjax.run_folder.named_arrays import Record
 
 
@@ -100,8 +100,7 @@ class Ledger:
                 f"chunk with sample {self._spans[-1][1] - 1}: only {requested} samples were requested; "
                 "fly the campaign again with another --out"
             )
-        captured, not_settled, not_finite = (self.counts[outcome] for outcome in OUTCOMES)
-        return Account(requested, captured, not_settled, not_finite, requested - self.n)
+        return Account(requested, *(self.counts[outcome] for outcome in OUTCOMES), missing=requested - self.n)
 
     def record(self) -> Record:
         """All of it, for `Ledger.of`."""

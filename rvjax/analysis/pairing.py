@@ -21,10 +21,10 @@ from rvjax.analysis.run_totals import Ledger, metric, worst_value
 from rvjax.analysis.verdicts.compliance import complies
 from rvjax.campaign import Requirement
 from rvjax.campaign.plain_values import exact, is_list, is_mapping
-from rvjax.columns import DRAW, Column, drawn_columns, metric_column
+from rvjax.columns import DRAW, FAILED, OUTCOMES, Column, drawn_columns, metric_column
 from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.places import Place, place_of
-from rvjax.run_folder import OUTCOMES, RunFolder
+from rvjax.run_folder import RunFolder
 
 BLOCK = 16_384
 """Rows of each folder that are compared at a time."""
@@ -197,7 +197,7 @@ def _keep(
         side.outcome[rows][outcome == name] = code
     for success, requirement in zip(side.success, requirements, strict=True):
         success[rows] = complies(requirement, frame)
-    lost = outcome == "not_finite"
+    lost = np.isin(outcome, FAILED)
     for name, values in side.values.items():
         values[rows] = np.where(lost, worst_value(columns.get(metric_column(name))), metric(frame, name, columns))
     for name, values in side.ranked.items():

@@ -36,7 +36,7 @@ PERCENTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 SETTLING = "settling_time_s"
 
-_RANK = {"not_finite": 0, "not_settled": 1, "captured": 2}
+_RANK = {"not_finite": 0, "collided": 1, "not_settled": 2, "captured": 3}
 
 
 class Totals:
@@ -255,16 +255,16 @@ def wanted(totals: Totals) -> Sequence[int]:
 def worst_first(frame: pd.DataFrame, columns: Mapping[str, Column]) -> list[int]:
     """The row indices of a table from the worst sample to the best.
 
-    Not finite samples come first, in the order of their times; then not settled ones by the largest position error over the
-    closing window; then captured ones by settling time. Ties go by sample number.
+    Not finite samples come first, then those that collided, each in the order of their times; then not settled ones by the
+    largest position error over the closing window; then captured ones by settling time. Ties go by sample number.
     """
     rank = np.array([_RANK.get(str(outcome), 0) for outcome in frame["outcome"]])
     keys = pd.DataFrame({"class": rank, "sample": frame["sample"].to_numpy()})
     for key, name in (("window", "window_position_error_m"), ("settling", SETTLING)):
         keys[key] = -metric(frame, name, columns) if metric_column(name) in frame else 0.0
     time = frame["outcome_time_s"].to_numpy() if "outcome_time_s" in frame else 0.0
-    keys["time"] = np.where(rank == 0, time, 0.0)
-    keys["window"] = keys["window"].where(rank == 1, 0.0)
+    keys["time"] = np.where(rank <= _RANK["collided"], time, 0.0)
+    keys["window"] = keys["window"].where(rank == _RANK["not_settled"], 0.0)
     return keys.sort_values(["class", "time", "window", "settling", "sample"], kind="stable").index.tolist()
 
 

@@ -18,6 +18,7 @@ from rvjax.campaign.correlation import Correlation
 from rvjax.campaign.fields import Model, attitude, count, number, option, part, scalar, validate, vector
 from rvjax.campaign.formula import Formula, Margins
 from rvjax.campaign.horizon import Horizon
+from rvjax.campaign.hulls import Hull, KeepOut
 from rvjax.campaign.inertia import Inertia, check_centre
 from rvjax.campaign.overrides import override, replace_values
 from rvjax.campaign.plain_values import Place, exact
@@ -64,6 +65,8 @@ class Target(Model):
     rate_rad_s: Quantity = vector("rad/s", key="rate_deg_s", default=0.0, doc="inertial rate of the target in its frame at t = 0")
     port_m: Quantity = vector("m", default=0.0, doc="docking point in the target's frame")
     inertia_kgm2: Inertia = part(default={"principal": [500, 550, 600]}, doc="inertia of the target")
+    hull: Hull | None = part(default=None, doc="hull of the target; with pursuer.hull a contact is the outcome `collided`")
+    keep_out: KeepOut | None = part(default=None, doc="zone about the target that is entered through the corridor only")
 
 
 class Pursuer(Model):
@@ -79,6 +82,7 @@ class Pursuer(Model):
         example={"mass_kg": 8, "specific_impulse_s": 220},
         doc="propellant that the actuators burn; without it the mass does not change",
     )
+    hull: Hull | None = part(default=None, doc="hull of the pursuer, from its reference point")
 
     @field_validator("centre_of_mass_m")
     @classmethod
@@ -120,9 +124,16 @@ class Capture(Model):
 
 
 class Corridor(Model):
-    """Approach cone about the docking axis."""
+    """Approach cone about the docking axis. At the docking point its radius is radius_m."""
 
     half_angle_rad: float = number("rad", key="half_angle_deg", default=10.0, above=0.0, below=90.0, doc="half angle of the cone")
+    radius_m: float = number("m", default=0.0, at_least=0.0, doc="radius at the docking point")
+    length_m: float | None = number("m", default=None, above=0.0, doc="largest distance from the docking point; null: no limit")
+
+    @property
+    def is_funnel(self) -> bool:
+        """Whether its apex is not the docking point, or it ends."""
+        return self.radius_m > 0.0 or self.length_m is not None
 
 
 class AuditRules(Model):
@@ -299,6 +310,7 @@ class Spec(Model):
         differ only in numbers and draws. parameters: as in `fingerprint`."""
         names = ("precision", "actuators", "margins")
         parts: dict[str, Any] = {name: getattr(self, name) for name in names}
+        parts |= {"shapes": [self.target.hull, self.pursuer.hull, self.target.keep_out, self.corridor.is_funnel]}
         parts |= {"components": [*self.flying, self.saturation]}
         parts |= {"parameters": self._parameters(parameters), "control_steps": self.horizon.control_steps}
         parts |= {"propellant": self.pursuer.propellant}

@@ -39,6 +39,7 @@ def command(
 def _load(files: Sequence[Path], values: Sequence[str]) -> dict[str, Problem]:
     """The problem of every file. CampaignError with the findings of all files."""
     from rvjax.errors import CampaignError
+    from rvjax.simulation import scene_checks
     from rvjax.simulation.effect import refused
     from rvjax.simulation.problem import load
 
@@ -47,7 +48,7 @@ def _load(files: Sequence[Path], values: Sequence[str]) -> dict[str, Problem]:
     for file in files:
         try:
             problem = load(file, values)
-            findings += refused(problem)
+            findings += [*refused(problem), *scene_checks.findings(problem)]
             if problem.spec.tune is not None:
                 from rvjax.search.tuning.tune import prepare
 

@@ -166,10 +166,11 @@ _INTERFACES = {
 """What `build` gives, by family."""
 
 
-def standard_metrics(propellant: bool = False) -> tuple[Any, ...]:
-    """The metrics of every campaign, those without parameters. propellant: also those of a campaign with propellant."""
+def standard_metrics(given: Callable[[str], bool] = lambda place: False) -> tuple[Any, ...]:
+    """The metrics without parameters, which are on in every campaign that has what they need. given: whether a campaign has a
+    place."""
     metrics = (metric for metric in sound(family="metrics").values() if not isinstance(metric, Component))
-    return tuple(metric for metric in metrics if propellant or not metric.with_propellant)
+    return tuple(metric for metric in metrics if all(map(given, metric.needs)))
 
 
 def choosable(family: str) -> dict[str, Component[Any]]:

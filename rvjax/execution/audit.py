@@ -33,7 +33,7 @@ from rvjax.execution.audit_finite import refuse_lost
 from rvjax.execution.audit_fixed import Probe, permitted, probes, switched_off
 from rvjax.execution.audit_readback import ReadBack, readings
 from rvjax.run_folder import Audited
-from rvjax.simulation import effect, jax_config
+from rvjax.simulation import effect, jax_config, scene_checks
 from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
@@ -172,7 +172,7 @@ def prove(problem: Problem, flyer: Flyer, baseline: bool = False) -> Audit:
     Errors: AuditError where a number of the flight differs from the table; CampaignError naming every dispersion and every fixed
     input that does nothing and is not in audit.allow.
     """
-    if not baseline and (wrong := effect.refused(problem)):
+    if not baseline and (wrong := [*effect.refused(problem), *scene_checks.findings(problem)]):
         raise CampaignError(wrong)
     result = audit(problem, flyer)
     if result.unlike:

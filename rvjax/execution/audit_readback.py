@@ -25,7 +25,7 @@ from rvjax.campaign.quantity import COMPONENTS
 from rvjax.campaign.thruster_layout import thruster_names
 from rvjax.physics.dynamics import MU_EARTH
 from rvjax.physics.propellant import Propellant
-from rvjax.physics.vectors import Thrusts
+from rvjax.physics.vectors import Thrusts, Vector
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.inertia import Body, bodies
@@ -68,11 +68,15 @@ def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack
         "start.omega_rad_s": motion.omega,
         "actuators.upper": numbers.upper,
         "actuators.lower": numbers.lower,
+        "target.keep_out.radii_m": numbers.context.keep_out,
     }
     if isinstance(propellant := numbers.propellant, Propellant):
         names = ("mass_kg", "specific_impulse_s", "tank_m", "torque_arm_m")
         pairs = zip(names, propellant, strict=True)
         named |= {f"pursuer.propellant.{name}": value for name, value in pairs if not isinstance(value, tuple)}
+    for body, hull in zip(("target.hull", "pursuer.hull"), numbers.context.hulls, strict=False):
+        named |= {f"{body}.centre_m": hull.centre, f"{body}.radius_m": hull.radius}
+        named |= {f"{body}.box_m": hull.half * 2.0} if isinstance(hull.half, Vector) else {}
     groups = (
         (problem.faults, numbers.faults),
         (problem.disturbances, numbers.disturbances),

@@ -28,7 +28,7 @@ from rvjax.stats.sampling_design import Observed
 BLUE, ORANGE, GREEN, RED, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
 SERIES = (BLUE, RED, GREEN, PURPLE, SKY, ORANGE)
 INK, MUTED, GRID = "#1f2933", "#66727f", "#e3e7eb"
-OUTCOME_COLOURS = {"captured": BLUE, "not_settled": ORANGE, "not_finite": RED, "missing": MUTED}
+OUTCOME_COLOURS = {"captured": BLUE, "not_settled": ORANGE, "collided": RED, "not_finite": PURPLE, "missing": MUTED}
 
 STYLE: Any = {
     "font.family": "DejaVu Sans",

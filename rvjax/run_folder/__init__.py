@@ -14,12 +14,11 @@ if TYPE_CHECKING:
     from rvjax.run_folder.folder import BASELINES, CAMPAIGN, RunFolder
     from rvjax.run_folder.manifest import Audited
     from rvjax.run_folder.run_description import RunDescription
-    from rvjax.run_folder.samples_table import OUTCOMES, Account, Samples
+    from rvjax.run_folder.samples_table import Account, Samples
 
 __all__ = [
     "BASELINES",
     "CAMPAIGN",
-    "OUTCOMES",
     "Account",
     "Audited",
     "Column",
@@ -32,7 +31,6 @@ __all__ = [
 _ORIGIN = {
     "BASELINES": "run_folder.folder",
     "CAMPAIGN": "run_folder.folder",
-    "OUTCOMES": "run_folder.samples_table",
     "Account": "run_folder.samples_table",
     "Audited": "run_folder.manifest",
     "Column": "columns",

@@ -20,7 +20,7 @@ import pyarrow as pa
 
 from rvjax.campaign.named_files import INPUTS
 from rvjax.campaign.source import Source
-from rvjax.columns import Column
+from rvjax.columns import OUTCOMES, Column
 from rvjax.cores import cores
 from rvjax.errors import DamagedError, FolderError, IncompleteError, UsageError
 from rvjax.places import Place
@@ -33,7 +33,7 @@ from rvjax.run_folder.manifest import NAME as MANIFEST
 from rvjax.run_folder.manifest import Audited, Head, differences, digest, plain
 from rvjax.run_folder.parquet import decode, some_of
 from rvjax.run_folder.run_description import RunDescription
-from rvjax.run_folder.samples_table import OUTCOMES, Account, Samples, check_chunk, join
+from rvjax.run_folder.samples_table import Account, Samples, check_chunk, join
 from rvjax.run_folder.storage import LEASE
 from rvjax.run_folder.storages import storage_of
 from rvjax.run_folder.store import Store, compared
@@ -328,9 +328,8 @@ class RunFolder(MadeFiles):
         counts = Counter[str]()
         for _, frame, _ in self.tables():
             counts.update(frame["outcome"].tolist())
-        captured, not_settled, not_finite = (counts[outcome] for outcome in OUTCOMES)
         missing = self.requested - chunks.total
-        return Account(self.requested, captured, not_settled, not_finite, missing)
+        return Account(self.requested, *(counts[outcome] for outcome in OUTCOMES), missing=missing)
 
     def write_traces(self, traces: Mapping[int, Table]) -> None:
         """Writes traces by sample: each with a row per step and the meaning of its columns."""

@@ -8,11 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from rvjax.columns import Column
+from rvjax.columns import OUTCOMES, Column
 from rvjax.errors import FolderError
-
-OUTCOMES = ("captured", "not_settled", "not_finite")
-"""The possible outcomes of a sample; each sample has exactly one."""
 
 KEYS = {
     "sample": Column("sample", "", "number of the sample, from 0"),
@@ -31,20 +28,21 @@ class Samples:
 
 @dataclass(frozen=True)
 class Account:
-    """Numbers of samples: requested = captured + not_settled + not_finite + missing; FolderError otherwise."""
+    """Numbers of samples: requested = captured + not_settled + collided + not_finite + missing; FolderError otherwise."""
 
     requested: int
     captured: int
     not_settled: int
+    collided: int
     not_finite: int
     missing: int
 
     def __post_init__(self) -> None:
-        parts = (self.captured, self.not_settled, self.not_finite, self.missing)
+        parts = (self.captured, self.not_settled, self.collided, self.not_finite, self.missing)
         if min(parts) < 0 or sum(parts) != self.requested:
             raise FolderError(
-                f"the samples do not add up: {self.requested} requested, but {self.captured} captured "
-                f"+ {self.not_settled} not settled + {self.not_finite} not finite + {self.missing} missing; "
+                f"the samples do not add up: {self.requested} requested, but {self.captured} captured + {self.not_settled} not "
+                f"settled + {self.collided} collided + {self.not_finite} not finite + {self.missing} missing; "
                 "fly the campaign again with another --out"
             )
 

@@ -34,7 +34,7 @@ from rvjax.analysis.verdicts.sentences import success_of
 from rvjax.campaign import Requirement, Source
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.draw_names import covers
-from rvjax.columns import METRIC, draw_column, metric_column
+from rvjax.columns import FAILED, METRIC, draw_column, metric_column
 from rvjax.components.samplers.interface import Samples
 from rvjax.components.samplers.uniforms_table import Block, columns_of
 from rvjax.errors import CampaignError, UsageError
@@ -150,7 +150,8 @@ class WorstCaseSearch:
     def _chunk(self, z: Values) -> list[Case]:
         draws, drawn = self._draws(np.vstack([z, np.repeat(z[:1], LANES - len(z), axis=0)]))
         horizon = self.problem.spec.horizon
-        came = tables.outcomes(self._flyer.fly(drawn, horizon.steps, STRETCH, device=devices()[0]), horizon.duration_s)
+        flown = self._flyer.fly(drawn, horizon.steps, STRETCH, device=devices()[0])
+        came = tables.outcomes(flown, horizon.duration_s, self.problem.metrics)
         frame = pd.DataFrame(came | {draw_column(name): values for name, values in draws.values.items()})
         margins = np.where(self._exist(draws), self.margins(frame), math.inf)
         return [
@@ -186,7 +187,7 @@ class WorstCaseSearch:
 
     def _deciding_metric(self, case: Case) -> str | None:
         """The metric that decides the margin of a case."""
-        if case.outcome == "not_finite" or not math.isfinite(case.margin):
+        if case.outcome in FAILED or not math.isfinite(case.margin):
             return None
         if self.requirement.metric != "captured":
             return self._reading.column.removeprefix(METRIC)
@@ -216,7 +217,7 @@ class WorstCaseSearch:
         return np.all([values == 0 for values in rejected], axis=0) if rejected else np.ones(len(draws.samples), dtype=bool)
 
     def margins(self, frame: pd.DataFrame) -> Values:
-        """(n,) margins of flights; NaN for a flight that is not finite."""
+        """(n,) margins of flights; NaN for a flight that collided or is not finite."""
         requirement, capture = self.requirement, self.problem.spec.capture
         position = frame[metric_column("window_position_error_m")].to_numpy(dtype=float) / capture.position_m
         if requirement.metric == "captured":
@@ -231,7 +232,7 @@ class WorstCaseSearch:
             never = -1.0 - np.log10(1.0 + np.where(np.isfinite(position), position, FLAT))
             margin = np.where(np.isinf(x), sign * np.sign(x) * never, sign * (limit - x) / (abs(limit) or 1.0))
             margin = -margin if requirement.at_most is not None else margin
-        return np.where(self._reading.chosen(frame), np.where(frame["outcome"] == "not_finite", np.nan, margin), math.inf)
+        return np.where(self._reading.chosen(frame), np.where(frame["outcome"].isin(FAILED), np.nan, margin), math.inf)
 
 
 def prepare(

@@ -7,6 +7,7 @@ A component of a quantity is drawn from the stream of its name, a joint distribu
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
@@ -16,12 +17,15 @@ from numpy.typing import NDArray
 
 from rvjax import elementary
 from rvjax.campaign import Quantity, Spec
+from rvjax.campaign import hulls as campaign_hulls
 from rvjax.campaign.actuators import Thrusters
+from rvjax.campaign.model import Corridor
 from rvjax.campaign.schedule import Schedule
 from rvjax.columns import Column, draw_column
-from rvjax.components.metrics.interface import MetricContext
+from rvjax.components.metrics.interface import Funnel, MetricContext
 from rvjax.components.samplers.interface import Points
 from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.hulls import Hull
 from rvjax.physics.propellant import Propellant
 from rvjax.physics.state import Motion, Numbers, Plant, TargetMotion
 from rvjax.physics.vectors import Channels, Thrusts, Vector, inverse, rotate, rotation
@@ -234,6 +238,30 @@ def _target(problem: Problem, draws: Draws) -> TargetMotion:
     )
 
 
+def _hulls(problem: Problem, draws: Draws) -> tuple[Hull, Hull] | tuple[()]:
+    """The hulls of the target and the pursuer; empty where either is missing."""
+    target, pursuer = problem.spec.target.hull, problem.spec.pursuer.hull
+    if target is None or pursuer is None:
+        return ()
+    return _hull("target.hull", target, draws), _hull("pursuer.hull", pursuer, draws)
+
+
+def _hull(name: str, hull: campaign_hulls.Hull, draws: Draws) -> Hull:
+    centre = draws.take(f"{name}.centre_m", hull.centre_m)
+    if hull.radius_m is not None:
+        return Hull(centre, draws.take(f"{name}.radius_m", hull.radius_m))
+    assert hull.box_m is not None
+    return Hull(centre, draws.same(0.0), draws.take(f"{name}.box_m", hull.box_m) * 0.5)
+
+
+def _funnel(corridor: Corridor, draws: Draws) -> Funnel | tuple[()]:
+    """The form of the approach cone; empty where its apex is the docking point and it never ends."""
+    if not corridor.is_funnel:
+        return ()
+    apex = corridor.radius_m / float(elementary.tan(corridor.half_angle_rad))
+    return Funnel(draws.same(apex), draws.same(math.inf if corridor.length_m is None else corridor.length_m))
+
+
 def _context(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, ...]) -> MetricContext:
     """The context of the metrics. Without a docking axis (δ = 0) no position is outside the approach cone."""
     spec = problem.spec
@@ -250,6 +278,9 @@ def _context(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers
         duration_s=draws.same(duration),
         last_onset_s=last,
         cone=np.where(length > 0.0, elementary.cos(spec.corridor.half_angle_rad), -2.0),
+        funnel=_funnel(spec.corridor, draws),
+        hulls=_hulls(problem, draws),
+        keep_out=() if spec.target.keep_out is None else draws.take("target.keep_out.radii_m", spec.target.keep_out.radii_m),
         axis=port / np.where(length > 0.0, length, 1.0),
         step_s=draws.same(spec.horizon.step_s),
         margins=tuple(map(draws.same, problem.margins)),

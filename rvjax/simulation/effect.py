@@ -29,7 +29,7 @@ class Silent(NamedTuple):
 def silent(problem: Problem) -> list[Silent]:
     """Every input whose numbers show that it changes nothing in any sample."""
     found = [(_name(part, wrong.place), part.place, wrong) for part in parts(problem) for wrong in _problems(problem, part)]
-    found += [("corridor", (), wrong) for wrong in _corridor(problem)]
+    found += [(".".join(map(str, wrong.place)), (), wrong) for wrong in (*_corridor(problem), *_bodies(problem))]
     found += [(".".join(map(str, wrong.place)), (), wrong) for wrong in _classes(problem)]
     source = problem.spec.source
     return [
@@ -96,9 +96,24 @@ def _problems(problem: Problem, part: Part) -> Iterator[Wrong]:
 
 def _corridor(problem: Problem) -> Iterator[Wrong]:
     """An approach cone has its axis through the docking point; without an offset from the target there is no axis."""
-    source, target = problem.spec.source, problem.spec.target
-    if source.value and source.value.get("corridor") and has(target.port_m, 0.0):
-        yield Wrong("target.port_m is 0, so there is no docking axis", "accepted: another target.port_m", ("corridor",))
+    source, target, spec = problem.spec.source, problem.spec.target, problem.spec
+    if has(target.port_m, 0.0):
+        places = [("corridor",)] * bool(source.value and source.value.get("corridor"))
+        places += [("target", "keep_out")] * (target.keep_out is not None)
+        for place in places:
+            yield Wrong("target.port_m is 0, so there is no docking axis", "accepted: another target.port_m", place)
+    elif spec.corridor.length_m is not None and spec.corridor.length_m <= spec.capture.position_m:
+        message = f"inside the capture tube of {exact(spec.capture.position_m)} m no time counts, and the corridor ends there"
+        yield Wrong(message, "accepted: a length_m above capture.position_m, or none", ("corridor",))
+
+
+def _bodies(problem: Problem) -> Iterator[Wrong]:
+    """Collisions need two hulls."""
+    hulls = {"target": problem.spec.target.hull, "pursuer": problem.spec.pursuer.hull}
+    missing = [body for body, hull in hulls.items() if hull is None]
+    if len(missing) == 1:
+        (given,) = hulls.keys() - missing
+        yield Wrong(f"there is no {missing[0]}.hull", f"accepted: {missing[0]}.hull too", (given, "hull"))
 
 
 def _classes(problem: Problem) -> Iterator[Wrong]:

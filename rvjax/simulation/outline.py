@@ -34,8 +34,8 @@ class Entry(NamedTuple):
 class Outline:
     """components: every mapping with a `use`. baselines, effects: their names, in order. actuators: names of the channels or
     thrusters, empty if the actuators are wrong. layout: of the thrusters, None without or if they are wrong. duration_s: of a
-    flight, None if it is no number. propellant: whether the pursuer has propellant. margins: as written, None without.
-    metric_uses: place and mapping of each requirement and objective.
+    flight, None if it is no number. margins: as written, None without. metric_uses: place and mapping of each requirement and
+    objective. places: what the sections target and pursuer say, such as `target.hull`.
     """
 
     components: tuple[Entry, ...]
@@ -45,9 +45,9 @@ class Outline:
     layout: Layout | None
     navigation: bool
     duration_s: float | None
-    propellant: bool
     margins: Any
     metric_uses: tuple[tuple[Place, Mapping[str, Any]], ...]
+    places: frozenset[str]
 
     @classmethod
     def of(cls, source: Source) -> Outline:
@@ -55,7 +55,7 @@ class Outline:
         campaign: Mapping[str, Any] = source.value or {}
         horizon = campaign.get("horizon")
         duration = horizon.get("duration_s") if is_mapping(horizon) else None
-        actuators, pursuer = campaign.get("actuators"), campaign.get("pursuer")
+        actuators = campaign.get("actuators")
         layout = thruster_layout(actuators)
         return cls(
             components=tuple(_components(campaign)),
@@ -65,15 +65,25 @@ class Outline:
             layout=layout,
             navigation=bool(campaign.get("navigation")),
             duration_s=duration if isinstance(duration, (int, float)) else None,
-            propellant=is_mapping(pursuer) and pursuer.get("propellant") is not None,
             margins=campaign.get("margins"),
             metric_uses=tuple(_metric_uses(campaign)),
+            places=frozenset(_places(campaign)),
         )
+
+    def has(self, place: str) -> bool:
+        """Whether the campaign says something at a place, such as `target.hull`."""
+        return place in self.places
 
     @property
     def margin_metrics(self) -> list[str]:
         """The names of the metrics of the margins."""
         return [f"{MARGIN}{name}" for name in self.margins] if is_mapping(self.margins) else []
+
+
+def _places(campaign: Mapping[str, Any]) -> Iterator[str]:
+    for section in ("target", "pursuer"):
+        body = campaign.get(section)
+        yield from (f"{section}.{key}" for key, value in (body.items() if is_mapping(body) else ()) if value is not None)
 
 
 def _names(entries: Any) -> tuple[str, ...]:

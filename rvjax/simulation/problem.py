@@ -146,7 +146,7 @@ def _baselines(problem: Problem) -> dict[str, Problem]:
 def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Problem:
     """The problem of a campaign, from the results of `parse`. CampaignError with every finding."""
     outline = Outline.of(source)
-    metrics: tuple[Metric, ...] = standard_metrics(outline.propellant)
+    metrics: tuple[Metric, ...] = standard_metrics(outline.has)
     if any(isinstance(entry.raw["use"], PythonFile) for entry in outline.components):
         _configure(source)  # the code of a user may start JAX
     parameters: dict[Place, Model] = {}
@@ -270,7 +270,7 @@ def _parameters(entry: Entry, outline: Outline, body: NominalBody, source: Sourc
     actuators = outline.actuators if section == "faults" else CHANNELS
     member: Component[Any] | Metric = component(FAMILY_OF[section], use)
     if not isinstance(member, Component):
-        where = "campaign with pursuer.propellant" if member.with_propellant else "campaign"
+        where = f"campaign with {' and '.join(member.needs)}" if member.needs else "campaign"
         return None, [source.finding(entry.name_place, f"{use} is on in every {where}", "accepted: no entry for it")]
     form: type[Model] = member.parameters
     model, findings = validate(form, body.complete(form, values), place, source, actuators)
@@ -339,7 +339,7 @@ def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> A
         effects,
         outline.navigation,
         thrusters if outline.actuators else None,
-        outline.propellant,
+        outline.has("pursuer.propellant"),
     )
 
 
@@ -348,13 +348,14 @@ def _unknown_metrics(source: Source, outline: Outline, names: Sequence[str]) -> 
     findings: list[Finding] = []
     columns = [*names, *outline.margin_metrics]
     known = dict.fromkeys(metric_and_channel(name)[0] for name in columns)
+    needs = {name: metric.needs for metric in standard_metrics(lambda place: True) for name in metric.columns}
     for place, raw in outline.metric_uses:
         if not isinstance(metric := raw.get("metric"), str):
             continue
         channels = [channel for name, channel in map(metric_and_channel, columns) if name == metric]
-        if metric not in known and any(metric in other.columns for other in standard_metrics(propellant=True)):
-            accepted = "accepted: a metric of this campaign, or pursuer.propellant, with which it is one"
-            findings.append(source.finding((*place, "metric"), f"{metric} is no metric without propellant", accepted))
+        if lacks := [need for need in needs.get(metric, ()) if not outline.has(need)]:
+            accepted = f"accepted: {' and '.join(lacks)} in the campaign, or another metric"
+            findings.append(source.finding((*place, "metric"), f"{metric} needs {' and '.join(needs[metric])}", accepted))
         elif metric not in known:
             findings.append(source.finding((*place, "metric"), f"{describe(metric)} is no metric", did_you_mean(metric, known)))
         elif "channel" in raw and "any" not in channels:

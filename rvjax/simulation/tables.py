@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from rvjax.columns import CHANNELS, Column, draw_column, metric_column
 from rvjax.components.effects.interface import Effect
+from rvjax.components.metrics.collision import COLLISION_TIME
+from rvjax.components.metrics.interface import Metric
 from rvjax.physics.state import Step, Tank
 from rvjax.physics.vectors import Channels
 from rvjax.simulation.batch import Flown
@@ -22,7 +24,9 @@ from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
 from rvjax.simulation.signals import MEAN_WRENCH, recorded, thrusts, unit_of
 
-OUTCOME_TIME = Column("outcome_time_s", "s", "when the outcome was decided: last settling time, loss, or end of the flight")
+OUTCOME_TIME = Column(
+    "outcome_time_s", "s", "when the outcome was decided: last settling time, collision, loss, or end of the flight"
+)
 ENVELOPE = {
     column.name: column
     for column in (
@@ -39,10 +43,11 @@ ENVELOPE = {
 def samples_table(problem: Problem, draws: Draws, flown: Flown, rows: slice) -> tuple[pd.DataFrame, dict[str, Column]]:
     """A row per sample: outcome, draws and metrics. rows: which of the flown samples.
 
-    Outcomes. captured: both tubes hold over the closing window. not_finite: the state stopped being finite; the metrics are NaN
-    (captured: 0). not_settled: all other flights.
+    Outcomes. captured: both tubes hold over the closing window. collided: the distance of the hulls was not certainly positive at
+    some time; the metrics are NaN (captured: 0), except those of safety. not_finite: the state stopped being finite before; the
+    metrics are NaN (captured: 0). not_settled: all other flights.
     """
-    results = outcomes(flown, problem.spec.horizon.duration_s)
+    results = outcomes(flown, problem.spec.horizon.duration_s, problem.metrics)
     frame = pd.DataFrame(
         {"sample": draws.samples[rows], **{name: results[name][rows] for name in ("outcome", OUTCOME_TIME.name)}}
         | {draw_column(name): array[rows] for name, array in draws.values.items()}
@@ -52,16 +57,27 @@ def samples_table(problem: Problem, draws: Draws, flown: Flown, rows: slice) -> 
     return frame, columns | {metric_column(name): column for name, column in problem.metric_columns.items()}
 
 
-def outcomes(flown: Flown, duration_s: float | NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+def outcomes(flown: Flown, duration_s: float | NDArray[np.float64], metrics: Sequence[Metric]) -> dict[str, NDArray[Any]]:
     """The outcomes and metrics of `samples_table`, of every lane."""
     values, finite = flown.values, np.isinf(flown.lost_s)
+    collision = values.get(COLLISION_TIME.name, np.full_like(flown.lost_s, np.inf))
+    collided = collision <= np.minimum(flown.lost_s, np.finfo(float).max)
     captured = values["captured"] > 0.5
     settled = np.maximum(values["settling_time_s"], values["attitude_settling_time_s"])
+    ends = {  # the first that holds
+        "collided": (collided, collision),
+        "not_finite": (~finite, flown.lost_s),
+        "captured": (captured, settled),
+        "not_settled": (np.full_like(finite, True), np.zeros_like(collision) + duration_s),
+    }
+    holds, times = zip(*ends.values(), strict=True)
+    stays = {name for metric in metrics if metric.safety for name in metric.columns}
     lost = {name: 0.0 if name == "captured" else np.nan for name in values}
-    return {
-        "outcome": np.where(finite, np.where(captured, "captured", "not_settled"), "not_finite"),
-        OUTCOME_TIME.name: np.where(finite, np.where(captured, settled, duration_s), flown.lost_s),
-    } | {metric_column(name): np.where(finite, array, lost[name]) for name, array in values.items()}
+    flies = {name: np.where(collided, name in stays, finite) for name in values}
+    outcome = np.array([*ends])[np.argmax(holds, axis=0)]
+    return {"outcome": outcome, OUTCOME_TIME.name: np.select(holds, times)} | {
+        metric_column(name): np.where(flies[name], array, lost[name]) for name, array in values.items()
+    }
 
 
 def envelope_table(flown: Flown, times: NDArray[np.float64], samples: NDArray[np.int64], rows: slice) -> pd.DataFrame:

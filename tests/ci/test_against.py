@@ -90,6 +90,15 @@ def test_a_requirement_is_worse_where_samples_no_longer_comply(before: Path, bas
     assert one.significant
 
 
+def test_a_flight_that_collides_is_worse_in_everything(before: Path, baseline: Path, tmp_path: Path) -> None:
+    """Though its metrics are the same numbers. Kills: a collision that fails no metric."""
+    words = np.where(np.arange(200) < 160, "collided", RunFolder.open(before).samples().frame["outcome"])
+    comparisons = found(after(before, tmp_path / "run", lambda frame: {"outcome": words}), baseline)
+    finite = int(np.isfinite(RunFolder.open(before).samples().frame["metric.delta_v_m_s"][:160]).sum())
+    assert comparisons["delta_v_m_s"].worse == finite
+    assert comparisons["delta_v_m_s"].significant
+
+
 def test_other_draws_are_refused(before: Path, baseline: Path, tmp_path: Path) -> None:
     """Kills: comparing sample by sample what has nothing to do with each other; damaged files that end in a traceback."""
     run = after(before, tmp_path / "run", lambda frame: {"draw.pursuer.mass_kg": frame["draw.pursuer.mass_kg"] + 1e-3})

@@ -40,6 +40,18 @@ def test_a_run_beside_itself(before: Path) -> None:
     assert {one.verdict for one in wide.changes} == {"PASS"}
 
 
+def test_a_run_that_collides(before: Path, tmp_path: Path) -> None:
+    """150 of 200 flights collide with the numbers that they had. Kills: a collision that is no outcome, or has numbers."""
+
+    def change(frame: pd.DataFrame) -> Mapping[str, object]:
+        return {"outcome": np.where(np.arange(200) < 150, "collided", frame["outcome"])}
+
+    one = compare(before, after(before, tmp_path / "run", change))
+    assert one.changes[0].verdict == "FAIL"
+    assert "collided" in {case.outcome_b for case in one.discordant}
+    assert {shift.b for shift in one.shifts if shift.metric == "delta_v_m_s"} == {np.inf}
+
+
 @pytest.mark.parametrize(("count", "plain", "with_margin"), [(3, "UNDECIDED", "PASS"), (30, "FAIL", "FAIL")])
 def test_captures_lost(before: Path, tmp_path: Path, count: int, plain: str, with_margin: str) -> None:
     """McNemar by SciPy. Kills: A and B swapped, all samples in the place of those that differ, a margin of the other sign."""

@@ -26,6 +26,8 @@ from rvjax.simulation.problem import Problem, load
 from tests.engines.machine import same
 from tests.engines.targets import TARGETS, can_run
 from tests.oracles.interpreter import Interpreted, interpreted
+from tests.physics.test_hulls import CAMPAIGN as COLLISIONS
+from tests.physics.test_hulls import SHAPES
 
 FOLDER = Path(__file__).parents[2] / "campaigns"
 FIRST = ("docking-faulted.yaml", "navigation.yaml")
@@ -73,6 +75,20 @@ def test_a_flight_is_that_of_the_interpreter(name: str) -> None:
     library."""
     found = problem(name)
     _, drawn = Draws.of(found, np.arange(SAMPLES))
+    assert same_all(flown(found, drawn, STEPS), by_numpy(found, drawn, STEPS))
+
+
+@pytest.mark.parametrize("shapes", SHAPES)
+def test_hulls_are_those_of_the_interpreter(shapes: str, tmp_path: Path) -> None:
+    """Balls and boxes, a keep-out zone, a corridor with a radius and an end. Kills: an
+    instruction of the clearance that the interpreter sees otherwise."""
+    path = tmp_path / "hulls.yaml"
+    target, pursuer = SHAPES[shapes]
+    path.write_text(COLLISIONS.replace("TARGET", target).replace("PURSUER", pursuer))
+    found = load(path)
+    jax_config.configure(found.spec.precision)
+    _, drawn = Draws.of(found, np.arange(SAMPLES))
+    assert {"hull_clearance_m", "keep_out_violation_s"} <= found.metric_columns.keys()
     assert same_all(flown(found, drawn, STEPS), by_numpy(found, drawn, STEPS))
 
 

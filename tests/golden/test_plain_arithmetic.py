@@ -71,6 +71,12 @@ REASONS = {
     ("simulation/plausibility.py", ".sum()"): CHECK,
     ("simulation/rejection_sampling.py", "np.mean"): CHECK,
     ("simulation/requirement_checks.py", "math.log"): CHECK,
+    ("simulation/scene_checks.py", ".mean()"): CHECK,
+    ("simulation/scene_checks.py", "@"): CHECK,
+    ("simulation/scene_checks.py", "np.linalg"): CHECK,
+    ("simulation/scene_checks.py", "np.sum"): CHECK,
+    ("simulation/start_zone.py", "@"): CHECK,
+    ("simulation/start_zone.py", "np.linalg"): CHECK,
     ("stats/random_streams.py", "np.random"): PHILOX,
 }
 """(File, what is called) → why no draw depends on it. Functions of JAX are the engine's work."""

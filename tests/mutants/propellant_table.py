@@ -123,7 +123,7 @@ MUTANTS = (
     Mutant(
         "columns of propellant in every campaign",
         "components/registry.py",
-        "if propellant or not metric.with_propellant",
+        "if all(map(given, metric.needs))",
         "if True",
         "campaign/test_propellant.py::test_without_propellant_nothing_is_there",
     ),

@@ -16,6 +16,7 @@ from tests.mutants import (
     members_table,
     product_table,
     propellant_table,
+    scene_table,
     trace_table,
     user_table,
 )
@@ -29,6 +30,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *members_table.MUTANTS,
     *data_table.MUTANTS,
     *product_table.MUTANTS,
+    *scene_table.MUTANTS,
     *command_table.MUTANTS,
     *propellant_table.MUTANTS,
     *trace_table.MUTANTS,

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from rvjax.components.registry import choosable, component, members
+from rvjax.physics.hulls import Hull
 from rvjax.physics.state import Step, Tick
+from rvjax.physics.vectors import Vector
 from rvjax.simulation import closed_loop
 from tests import flights
 
@@ -31,7 +33,10 @@ def scene() -> tuple[Step, Any]:
         return closed_loop.evaluate(loop, numbers, 1.0, y, held, Tick(20, 1.0, H))[1]
 
     step = jax.vmap(begun)(drawn)
-    return step._replace(t=jnp.broadcast_to(jnp.asarray(step.t), drawn.plant.mass.shape)), drawn.context
+    size = drawn.plant.mass * 0.0 + 1.0
+    sizes = Vector(size, size * 0.5, size * 2.0)
+    context = drawn.context._replace(hulls=(Hull(sizes * 0.1, size * 0.0, sizes), Hull(sizes * 0.2, size)), keep_out=sizes * 9.0)
+    return step._replace(t=jnp.broadcast_to(jnp.asarray(step.t), drawn.plant.mass.shape)), context
 
 
 def folded(name: str, step: Step, context: Any) -> dict[str, Any]:

@@ -49,9 +49,9 @@ class Page(HTMLParser):
 def test_accounting_shown_adds_up_to_what_was_requested(report: Path) -> None:
     """Mutation killed: leaving the missing or the not-finite samples out of the account."""
     text = Page((report / "report.html").read_text()).text
-    account = r"(\d+) captured \+ (\d+) not settled \+ (\d+) not finite \+ (\d+) missing = (\d+) requested"
+    account = r"(\d+) captured \+ (\d+) not settled \+ (\d+) collided \+ (\d+) not finite \+ (\d+) missing = (\d+) requested"
     found = [tuple(map(int, counts)) for counts in re.findall(account, text)]
-    assert found == [(288, 9, 3, 12, 312)] * 2  # at the top and in the section on outcomes
+    assert found == [(288, 9, 0, 3, 12, 312)] * 2  # at the top and in the section on outcomes
     assert sum(found[0][:-1]) == found[0][-1]
     summary = json.loads((report / "summary.json").read_text())["account"]
     assert sum(value for name, value in summary.items() if name != "requested") == summary["requested"] == 312

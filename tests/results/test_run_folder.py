@@ -81,14 +81,14 @@ def test_manifest_is_one_document_as_the_contract_says(finished: Path) -> None:
 
 def test_account_adds_up_over_all_that_was_requested(tmp_path: Path, finished: Path) -> None:
     """Kills: missing samples left out, not-finite ones counted as not settled."""
-    assert RunFolder.open(finished).account() == Account(10, captured=5, not_settled=3, not_finite=2, missing=0)
+    assert RunFolder.open(finished).account() == Account(10, captured=5, not_settled=3, collided=0, not_finite=2, missing=0)
     with create(tmp_path / "part") as folder:
-        assert folder.account() == Account(10, 0, 0, 0, missing=10)
+        assert folder.account() == Account(10, 0, 0, 0, 0, missing=10)
         folder.commit(1, chunk(1, 10), COLUMNS)
         assert folder.missing(3) == [0, 2]
-        assert folder.account() == Account(10, captured=2, not_settled=1, not_finite=1, missing=6)
+        assert folder.account() == Account(10, captured=2, not_settled=1, collided=0, not_finite=1, missing=6)
     with pytest.raises(FolderError, match="do not add up"):
-        Account(10, 5, 3, 2, 1)
+        Account(10, 5, 3, 0, 2, 1)
 
 
 def test_a_table_that_is_no_chunk_is_a_programmer_s_error(tmp_path: Path) -> None:

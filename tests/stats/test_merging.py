@@ -258,4 +258,4 @@ def test_the_table_has_what_makes_merging_hard() -> None:
     metric = TABLE["metric.settling_time_s"].to_numpy()
     assert np.isnan(metric).any()
     assert math.inf in metric
-    assert {"captured", "not_settled", "not_finite"} == set(TABLE["outcome"])
+    assert {"captured", "not_settled", "collided", "not_finite"} == set(TABLE["outcome"])

@@ -35,7 +35,7 @@ EVERYTHING = Keep(worst=30, failed=True, percentiles=True)
 def table() -> pd.DataFrame:
     """20,000 samples with many ties, infinite times, and NaN where not finite; the worst are anywhere."""
     generator = np.random.Generator(np.random.Philox(key=11))
-    outcome = generator.choice(["captured", "not_settled", "not_finite"], N, p=[0.95, 0.045, 0.005])
+    outcome = generator.choice(["captured", "not_settled", "collided", "not_finite"], N, p=[0.95, 0.043, 0.002, 0.005])
     failed, lost = outcome == "not_settled", outcome == "not_finite"
     values = {
         "captured": (outcome == "captured").astype(float),
@@ -90,9 +90,11 @@ def ranked(frame: pd.DataFrame = TABLE) -> list[int]:
     def key(place: int) -> tuple[float, ...]:
         if outcomes[place] == "not_finite":
             return 0, times[place], -settling[place], samples[place]
+        if outcomes[place] == "collided":
+            return 1, times[place], -settling[place], samples[place]
         if outcomes[place] == "not_settled":
-            return 1, -window[place], -settling[place], samples[place]
-        return 2, -settling[place], samples[place]
+            return 2, -window[place], -settling[place], samples[place]
+        return 3, -settling[place], samples[place]
 
     return [samples[place] for place in sorted(range(len(frame)), key=key)]
 
@@ -260,7 +262,7 @@ def test_the_account_adds_up(whole: Totals) -> None:
     """Kills: missing samples that are not counted, a sample that nobody requested."""
     account = whole.account(N + 7)
     assert (account.requested, account.missing) == (N + 7, 7)
-    assert account.captured + account.not_settled + account.not_finite == N
+    assert account.captured + account.not_settled + account.collided + account.not_finite == N
     assert whole.account(N).missing == 0
     with pytest.raises(FolderError, match=f"sample 1999: only {10 * SIZE - 1} samples were requested"):
         folded([9]).account(10 * SIZE - 1)

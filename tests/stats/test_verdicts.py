@@ -96,17 +96,19 @@ def test_every_form_counts_the_same_successes() -> None:
     assert judge(require("settling_time_s", above=4, at_least=0.9), table).successes == 96
 
 
+@pytest.mark.parametrize("lost", ["not_finite", "collided"])
 @pytest.mark.parametrize("side", ["above", "below"])
-def test_not_finite_is_a_failure_of_everything(side: str) -> None:
-    """NaN, or any value of a sample that is not finite. Kills: counting over the finite samples only."""
+def test_lost_and_collided_samples_fail_everything(side: str, lost: str) -> None:
+    """NaN, or any value of a sample that is not finite or collided. Kills: counting over the others only; a collided sample that
+    complies, because its safety metrics are numbers."""
     numbers = [math.nan] * 20 + [5.0] * 80
-    for table in (settled(numbers), settled([5.0] * 100).assign(outcome=["not_finite"] * 20 + ["captured"] * 80)):
+    for table in (settled(numbers), settled([5.0] * 100).assign(outcome=[lost] * 20 + ["captured"] * 80)):
         verdict = judge(require("settling_time_s", quantile=0.5, **{side: 5.0 + (1 if side == "below" else -1)}), table)
         assert (verdict.successes, verdict.n) == (80, 100)
         worst = judge(require("settling_time_s", quantile=0.99 if side == "below" else 0.01, **{side: 0.0}), table)
         assert worst.quantity is not None
         assert worst.quantity.value == (math.inf if side == "below" else -math.inf)
-    assert judge(require("captured", at_least=0.5), settled(numbers, "not_finite")).successes == 0
+    assert judge(require("captured", at_least=0.5), settled(numbers, lost)).successes == 0
 
 
 def test_channel_is_the_worst_one_unless_named() -> None:
@@ -176,7 +178,7 @@ def test_a_finished_folder_is_judged_by_its_own_campaign(tmp_path: Path) -> None
             folder.commit(chunk, table, columns)
     (verdict,) = judge_folder(tmp_path / "run")
     assert (verdict.verdict, verdict.n, verdict.limit) == ("PASS", 8, 0.6)
-    assert account_and_verdicts(tmp_path / "run") == (Account(8, 8, 0, 0, 0), (verdict,))
+    assert account_and_verdicts(tmp_path / "run") == (Account(8, 8, 0, 0, 0, 0), (verdict,))
     with (tmp_path / "run" / "campaign.yaml").open("a") as file:
         file.write("# edited\n")
     with pytest.raises(FolderError, match=r"campaign\.yaml: damaged or edited"):

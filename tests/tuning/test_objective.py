@@ -79,6 +79,14 @@ def test_values_are_those_of_brute_force() -> None:
         assert most.losses(table(np.zeros(3), lost=1))[2] == math.inf
 
 
+def test_a_collided_flight_is_lost_whatever_its_numbers_say() -> None:
+    """Its metrics of safety are numbers. Kills: an objective that takes them for those of a flight."""
+    frame = table(np.zeros(3)).assign(outcome=["captured", "captured", "collided"])
+    for said in ({"mean": True}, {"quantile": 0.95}):
+        assert measure(metric="settling_time_s", **said).losses(frame)[2] == math.inf
+    assert measure(metric="settling_time_s", probability=True, below=1.0).losses(frame).tolist() == [0.0, 0.0, 1.0]
+
+
 def test_requirements_come_before_objectives() -> None:
     """Kills: a violation that is traded for an objective; a class of samples that counts all; a mean with the wrong side."""
     required = Requirement(metric="settling_time_s", at_least=0.9, below=1.0)

@@ -80,25 +80,25 @@ def test_what_flies_is_what_the_numbers_say(hunt: worst_case.WorstCaseSearch) ->
 
 def test_margins_are_below_zero_exactly_where_a_flight_does_not_comply(campaign: Path) -> None:
     """Of every form. Kills: a sign, a limit that is not the requirement's, `at_most` as `at_least`, a class that is left out, an
-    infinite settling time that is no failure, a lost flight that complies."""
+    infinite settling time that is no failure, a lost flight or a collided one that complies."""
     frame = pd.DataFrame(
         {
-            "outcome": ["captured", "not_settled", "not_settled", "not_finite", "captured"],
-            "metric.captured": [1.0, 0.0, 0.0, 0.0, 1.0],
-            "metric.window_position_error_m": [1.0, 3.0, 2.5, np.nan, 0.001],
-            "metric.window_attitude_error_deg": [1.0, 1.0, 120.0, np.nan, 0.1],
-            "metric.settling_time_s": [5.0, np.inf, np.inf, np.nan, 0.9],
-            "metric.delta_v_m_s": [0.8, 0.95, 0.2, np.nan, 0.05],
-            "draw.pursuer.mass_kg": [80.0, 80.0, 99.0, 80.0, 80.0],
+            "outcome": ["captured", "not_settled", "not_settled", "not_finite", "captured", "collided"],
+            "metric.captured": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+            "metric.window_position_error_m": [1.0, 3.0, 2.5, np.nan, 0.001, 0.001],
+            "metric.window_attitude_error_deg": [1.0, 1.0, 120.0, np.nan, 0.1, 0.1],
+            "metric.settling_time_s": [5.0, np.inf, np.inf, np.nan, 0.9, 0.9],
+            "metric.delta_v_m_s": [0.8, 0.95, 0.2, np.nan, 0.05, 0.05],
+            "draw.pursuer.mass_kg": [80.0, 80.0, 99.0, 80.0, 80.0, 80.0],
         }
     )
     settle = ("require=[{metric: settling_time_s, below: 4, at_least: 0.5}]",)
-    expected = {1: [1, -1, -1, 0, 1], 2: [1, -1, 1, 0, 1], 3: [-1, -1, -1, 0, 1], 4: [-1, -1, 1, 0, 1]}
+    expected = {1: [1, -1, -1, 0, 1, 0], 2: [1, -1, 1, 0, 1, 0], 3: [-1, -1, -1, 0, 1, 0], 4: [-1, -1, 1, 0, 1, 0]}
     for number, signs in expected.items():
         margins = worst_case.prepare(campaign, number=number).margins(frame)
         assert np.sign(np.nan_to_num(margins, nan=0.0)).tolist() == signs, number
     margins = worst_case.prepare(campaign, settle).margins(frame)
-    assert np.sign(np.nan_to_num(margins, nan=0.0)).tolist() == [-1, -1, -1, 0, 1]
+    assert np.sign(np.nan_to_num(margins, nan=0.0)).tolist() == [-1, -1, -1, 0, 1, 0]
     assert margins[1] < margins[0]  # never settled is worse than settled late
     assert margins[1] < margins[2]  # and the farther away the worse
     assert worst_case.prepare(campaign, number=4).margins(frame)[2] == np.inf

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 
-from rvjax.columns import DRAW, METRIC, Column, draw_column, metric_and_channel, metric_column
+from rvjax.columns import DRAW, FAILED, METRIC, Column, draw_column, metric_and_channel, metric_column
 from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class RequirementEvaluator:
             self.unit = columns[self.column].unit if self.column in columns else ""
 
     def values(self, frame: pd.DataFrame, columns: Mapping[str, Column]) -> NDArray[np.float64]:
-        """(n,) values of the metric, NaN for samples that are not finite; for the outcome 1 if captured, otherwise NaN.
+        """(n,) values of the metric, NaN if a sample collided or is not finite; for the outcome 1 if captured, otherwise NaN.
 
         UsageError if the table lacks the metric or the channel.
         """
@@ -76,7 +76,7 @@ class RequirementEvaluator:
             self.unit = columns[self._column].unit if self._column in columns else ""
         if not self._column:
             return np.where(frame["outcome"] == "captured", 1.0, math.nan)
-        return np.where(frame["outcome"] != "not_finite", np.asarray(frame[self._column], dtype=float), math.nan)
+        return np.where(frame["outcome"].isin(FAILED), math.nan, np.asarray(frame[self._column], dtype=float))
 
     def comply(self, values: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(n,) which values comply; NaN never does."""

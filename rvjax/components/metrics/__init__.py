@@ -1,6 +1,6 @@
 """Metrics: a file per member. Each accumulates over the steps of a flight and gives columns of the samples table
-(`rvjax.components.metrics.interface`). A `Metric` is on in every campaign, or in every campaign with propellant; a component with
-parameters is on where the campaign chooses it under `metrics`."""
+(`rvjax.components.metrics.interface`). A `Metric` is on in every campaign that has what it needs; a component with parameters is
+on where the campaign chooses it under `metrics`."""
 
 from __future__ import annotations
 
@@ -12,5 +12,7 @@ MEMBERS = {
     "propellant": "rvjax.components.metrics.propellant",
     "adaptation": "rvjax.components.metrics.adaptation",
     "approach": "rvjax.components.metrics.approach",
+    "collision": "rvjax.components.metrics.collision",
+    "keep-out-zone": "rvjax.components.metrics.keep_out_zone",
     "keep-out": "rvjax.components.metrics.keep_out",
 }

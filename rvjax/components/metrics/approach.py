@@ -1,7 +1,8 @@
 """Safety of the approach: closest distance between the two bodies' centres of mass, and time outside the approach cone.
 
-The cone has its apex in the docking point and its axis along δ, fixed in the target. Time inside the capture tube does not count,
-because the direction of ρ has no meaning there.
+The cone has its axis along the docking axis a, fixed in the target. At the docking point it is `corridor.radius_m` wide, so its
+apex lies r/tan(half angle) behind it. It counts up to `corridor.length_m` from the docking point. Time inside the capture tube
+does not count, because the direction of ρ has no meaning there.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from rvjax.columns import Column
-from rvjax.components.metrics.interface import Metric, MetricContext
+from rvjax.components.metrics.interface import Funnel, Metric, MetricContext
 from rvjax.physics.state import Step
-from rvjax.physics.vectors import Scalar, dot, norm, rotate_back, rotation
+from rvjax.physics.vectors import Scalar, Vector, dot, norm, rotate_back, rotation
 
 
 class Approach(NamedTuple):
@@ -29,11 +30,19 @@ def start(context: MetricContext) -> Approach:
 
 
 def update(acc: Approach, step: Step, weight: Scalar, context: MetricContext) -> Approach:
-    """In T: d = Rᵀρ + δ; outside where aᵀRᵀρ < |ρ| cos(half-angle) and |ρ| > tube."""
+    """In T: d = Rᵀρ + δ; outside the cone where |ρ| > tube."""
     rho = rotate_back(rotation(step.motion.sigma), step.motion.rho)
     distance = norm(rho)
-    outside = (dot(context.axis, rho) < context.cone * distance) & (distance > context.tube_m)
+    outside = outside_cone(rho, context) & (distance > context.tube_m)
+    if isinstance(context.funnel, Funnel):
+        outside = outside & (distance <= context.funnel.length_m)
     return Approach(jnp.minimum(acc.closest, norm(rho + step.plant.port)), acc.outside + jnp.where(outside, weight, 0.0))
+
+
+def outside_cone(rho: Vector, context: MetricContext) -> Scalar:
+    """aᵀq < |q| cos(half angle),  q = ρ + a r/tan(half angle): from the apex; ρ in T [m]."""
+    q = rho + context.axis * context.funnel.apex_m if isinstance(context.funnel, Funnel) else rho
+    return dot(context.axis, q) < context.cone * norm(q)
 
 
 def finish(acc: Approach, context: MetricContext) -> Mapping[str, Scalar]:
@@ -45,4 +54,4 @@ _COLUMNS = (
     Column("closest_approach_m", "m", "smallest distance between the two centres of mass", "higher"),
     Column("corridor_violation_s", "s", "time outside the approach cone, except inside the capture tube", "lower"),
 )
-COMPONENT = Metric({column.name: column for column in _COLUMNS}, start, update, finish)
+COMPONENT = Metric({column.name: column for column in _COLUMNS}, start, update, finish, safety=True)

@@ -6,8 +6,17 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from rvjax.columns import Column
+from rvjax.physics.hulls import Hull
 from rvjax.physics.state import Numbers, Step
 from rvjax.physics.vectors import Scalar, Vector
+
+
+class Funnel(NamedTuple):
+    """apex_m: how far the cone's apex lies behind the docking point; length_m: distance from the docking point up to which the
+    cone counts."""
+
+    apex_m: Scalar
+    length_m: Scalar
 
 
 class MetricContext(NamedTuple):
@@ -17,7 +26,9 @@ class MetricContext(NamedTuple):
     last_onset_s: onset of the last fault inside the horizon (−∞ without); cone: cosine of the approach cone's half-angle;
     axis: unit vector of the docking axis, in T; step_s: integration step; margins: thresholds, scales and windows of the temporal
     margins, in the order of `rvjax.simulation.temporal_margins`. chosen: the numbers of each metric that the campaign chooses, in
-    its order; numbers: of the metric that is called, where it has parameters.
+    its order; numbers: of the metric that is called, where it has parameters. funnel: form of the approach cone, empty
+    where its apex is the docking point and it never ends. hulls: of the target and the pursuer, the latter from its reference
+    point; empty without. keep_out: semi-axes of the keep-out zone, in T; empty without.
     """
 
     tube_m: Scalar
@@ -31,14 +42,19 @@ class MetricContext(NamedTuple):
     margins: tuple[Scalar, ...] = ()
     chosen: tuple[Numbers, ...] = ()
     numbers: Numbers = Numbers({})
+    funnel: Funnel | tuple[()] = ()
+    hulls: tuple[Hull, Hull] | tuple[()] = ()
+    keep_out: Vector | tuple[()] = ()
 
 
 class Metric(NamedTuple):
-    """columns: of the samples table. with_propellant: it is on only in campaigns with `pursuer.propellant`.
+    """columns: of the samples table.
 
     start(context) → acc; update(acc, step, weight, context) → acc; finish(acc, context) → values.
 
     weight [s]: quadrature weight of the step (trapezoidal rule), so that Σ weight f(t) ≈ ∫ f dt.
+    needs: places of a campaign, such as `target.hull`, without which the metric is off. safety: its values stay in the table
+    where a flight collided; those of all other metrics are then NaN, since what follows a collision is no flight.
     """
 
     family = "metrics"
@@ -47,4 +63,5 @@ class Metric(NamedTuple):
     start: Callable[[MetricContext], Any]
     update: Callable[[Any, Step, Scalar, MetricContext], Any]
     finish: Callable[[Any, MetricContext], Mapping[str, Any]]
-    with_propellant: bool = False
+    needs: tuple[str, ...] = ()
+    safety: bool = False

@@ -33,4 +33,4 @@ _COLUMNS = (
     Column("propellant_used_kg", "kg", "propellant used in the flight", "lower"),
     Column("propellant_left_kg", "kg", "propellant left at the end of the flight", "higher"),
 )
-COMPONENT = Metric({column.name: column for column in _COLUMNS}, start, update, finish, with_propellant=True)
+COMPONENT = Metric({column.name: column for column in _COLUMNS}, start, update, finish, needs=("pursuer.propellant",))

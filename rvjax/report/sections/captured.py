@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from rvjax.columns import OUTCOMES
 from rvjax.report import plotting
 from rvjax.report.blocks import Drawing, Section
 from rvjax.report.metric_tables import shares
 from rvjax.report.number_format import count, number, spoken
 from rvjax.report.run_view import Run
-from rvjax.run_folder import OUTCOMES
 
 _MEANING = {
     "captured": "captured: inside the position and attitude tubes over the whole closing window",
     "not_settled": "not settled: flown to the end, but outside a tube at some time in the closing window",
+    "collided": "collided: the hulls touched, or contact could not be excluded between two steps",
     "not_finite": "not finite: the flight diverged until a value was no longer finite",
 }
 
@@ -23,6 +24,7 @@ def section(run: Run) -> Section:
     counts = {
         "captured": account.captured,
         "not_settled": account.not_settled,
+        "collided": account.collided,
         "not_finite": account.not_finite,
         "missing": account.missing,
     }

@@ -32,8 +32,13 @@ def section(run: Run) -> Section | None:
     rows = tuple(
         (name, shares[name], *(_quantile(run, name, totals, *m) for m in metrics)) for name, totals in controllers.items()
     )
-    lost = {name: totals.counts.get("not_finite", 0) for name, totals in controllers.items()}
-    notes = [f"{name}: {count(n)} flights diverged (not finite)." for name, n in lost.items() if n]
+    ends = {"collided": "collided", "not_finite": "diverged (not finite)"}
+    notes = [
+        f"{name}: {count(number)} flights {words}."
+        for name, totals in controllers.items()
+        for outcome, words in ends.items()
+        if (number := totals.counts.get(outcome, 0))
+    ]
     intervals = (
         f" Captured: Clopper–Pearson; quantiles: order statistics; {percent(CONFIDENCE)} confidence each. Each interval is for "
         "one controller alone. Because the draws are common, differences between controllers are known more precisely than these "

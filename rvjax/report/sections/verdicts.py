@@ -84,6 +84,7 @@ def headline(run: Run) -> Headline:
     outcomes = (
         ("captured", account.captured),
         ("not_settled", account.not_settled),
+        ("collided", account.collided),
         ("not_finite", account.not_finite),
         ("missing", account.missing),
     )

@@ -196,7 +196,7 @@ class Flights:
         problem, place = parts[0][0], devices()[number % len(devices())]
         flown = self._flyer(problem).fly(drawn, problem.spec.horizon.steps, STRETCH, device=place)
         duration = np.concatenate([np.full(len(samples), problem.spec.horizon.duration_s) for problem, samples in parts])
-        came = tables.outcomes(flown, duration)
+        came = tables.outcomes(flown, duration, problem.metrics)
         drawn = {draw_column(name): [table.values[name] for table, _ in draws] for name in draws[0][0].values}
         came |= {name: np.concatenate(values) for name, values in drawn.items() if name in self._columns}
         frame = pd.DataFrame(

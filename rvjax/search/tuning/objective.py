@@ -42,7 +42,7 @@ from rvjax.analysis.verdicts.sentences import title
 from rvjax.campaign import Requirement
 from rvjax.campaign.plain_values import exact
 from rvjax.campaign.tuning import Goal, Objective
-from rvjax.columns import Column, metric_column
+from rvjax.columns import FAILED, Column, metric_column
 from rvjax.run_folder.tuning_record import Missed
 from rvjax.stats import clopper_pearson_lower, mcnemar, verdict_chances
 from rvjax.stats.pareto import Score
@@ -88,7 +88,7 @@ class Measure:
     def losses(self, frame: pd.DataFrame) -> Values:
         """(n,) the smaller the better; for a probability whether a sample does not comply."""
         x = frame[self.column].to_numpy(dtype=float)
-        lost = (frame["outcome"] == "not_finite").to_numpy() | np.isnan(x)
+        lost = frame["outcome"].isin(FAILED).to_numpy() | np.isnan(x)
         if self.objective.probability:
             bound = self.objective.bound
             complies = bound.met_by(x) if bound else x > 0.5
