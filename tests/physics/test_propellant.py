@@ -131,7 +131,7 @@ def scene(mean: Array, swing: Array, omega: Array, propellant: Propellant) -> Dr
 def flyer() -> Flyer:
     """Of the scene."""
     loop = Loop(Controller(start, respond), flights.SATURATIONS["hard-clip"], (), ())
-    return Flyer(LlvmEngine(loop, standard_metrics(propellant=True)))
+    return Flyer(LlvmEngine(loop, standard_metrics(lambda place: place == "pursuer.propellant")))
 
 
 def flown(drawn: Drawn) -> tuple[pd.DataFrame, dict[str, float]]:
