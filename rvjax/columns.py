@@ -9,8 +9,8 @@ AXES = ("x", "y", "z")
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 """Suffixes of the columns of a vector, and of the six actuator channels."""
 
-DRAW, METRIC, SIGNAL, EFFECT = "draw.", "metric.", "ctl.", "effects."
-"""Prefixes of the column names of draws, metrics, controller signals, and states and signals of effects."""
+DRAW, METRIC, SIGNAL, EFFECT, NAVIGATION = "draw.", "metric.", "ctl.", "effects.", "navigation."
+"""Prefixes of the column names of draws, metrics, signals of the controller, of effects with their states, and of navigation."""
 
 
 def draw_column(name: str) -> str:

@@ -64,6 +64,8 @@ SLOW = frozenset(
         "physics/test_propellant.py::test_what_is_burnt_is_what_the_thrusters_gave[bounded-least-squares]",
         "physics/test_rehearsal.py",
         "physics/test_sampling.py::test_where_a_flight_is_interrupted_changes_nothing_of_what_is_held",
+        "physics/test_target_knowledge.py::test_a_perfect_controller_flies_to_the_point_that_it_believes",
+        "physics/test_target_knowledge.py::test_errors_about_the_target_enter_the_feed_forward",
         "physics/test_thrusters.py::test_bounded_least_squares_is_that_of_scipy[crooked]",
         "physics/test_thrusters.py::test_bounded_least_squares_is_that_of_scipy[cube-24]",
         "physics/test_thrusters.py::test_the_solution_of_a_step_is_followed_to_first_order[crooked]",

@@ -141,7 +141,7 @@ class Model(BaseModel):
         same = [known for known, stem in stems.items() if key == stem or key.startswith(f"{stem}_")]
         if not same:
             return did_you_mean(key, keys)
-        nearest = max(same, key=len)
+        nearest = max(same, key=lambda known: (len(stems[known]), -abs(len(known) - len(key))))
         also = (other for other, known in cls.OTHER_UNITS.items() if known == nearest)
         return " or ".join((f"accepted: {nearest} ({others[nearest][1].name})", *also))
 

@@ -19,6 +19,12 @@ class Unit:
 NONE = Unit("1", "1", 1.0, "no unit")
 
 UNITS: dict[str, Unit] = {
+    "rad_s_per_m": Unit("(rad/s)/m", "(rad/s)/m", 1.0, "radians per second per metre"),
+    "deg_s_per_m": Unit("(deg/s)/m", "(rad/s)/m", math.pi / 180, "degrees per second per metre"),
+    "m_s_per_m": Unit("(m/s)/m", "(m/s)/m", 1.0, "metres per second per metre"),
+    "rad_per_m": Unit("rad/m", "rad/m", 1.0, "radians per metre"),
+    "deg_per_m": Unit("deg/m", "rad/m", math.pi / 180, "degrees per metre"),
+    "m_per_m": Unit("m/m", "m/m", 1.0, "metres per metre"),
     "kg_m3": Unit("kg/m³", "kg/m³", 1.0, "kilograms per cubic metre"),
     "m2_kg": Unit("m²/kg", "m²/kg", 1.0, "square metres per kilogram"),
     "kgm2": Unit("kg·m²", "kg·m²", 1.0, "kilogram square metres"),

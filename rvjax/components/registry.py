@@ -64,7 +64,8 @@ class Component(Generic[P]):
 
     noisy: its numbers also hold `noise`, the key of a random stream that is different in every sample (`rvjax.physics.noise`).
     neutral: the values with which it does nothing. silent(parameters, campaign): why else it does nothing in any sample.
-    coarse(parameters, campaign): what of it the steps of the integration cannot follow. Both without a flight.
+    coarse(parameters, campaign): what of it the steps of the integration cannot follow. unfit(parameters, campaign): why the
+    campaign is refused with it. All without a flight.
     """
 
     family: ClassVar[str] = ANY
@@ -75,6 +76,7 @@ class Component(Generic[P]):
     neutral: Neutral = ()
     silent: Callable[[P, Spec], Iterable[Problem]] = _no_problems
     coarse: Callable[[P, Spec], Iterable[Problem]] = _no_problems
+    unfit: Callable[[P, Spec], Iterable[Problem]] = _no_problems
 
     def __post_init__(self) -> None:
         note_origin(self)

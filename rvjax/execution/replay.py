@@ -24,6 +24,7 @@ from rvjax.simulation import jax_config, tables
 from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem, load
+from rvjax.simulation.signals import interrupting
 
 Trace = tuple[pd.DataFrame, dict[str, Column]]
 
@@ -94,5 +95,6 @@ def trace(problem: Problem, flyer: Flyer, samples: Sequence[int], every: int, ro
         raise FolderError(f"samples {', '.join(map(str, samples))}: flown again, {', '.join(differing)} differ from the table")
     signals, measured = problem.loop.controller.signals, bool(problem.navigation)
     effects = {choice.name: effect for choice, effect in zip(problem.spec.effects, problem.loop.effects, strict=True)}
-    frames, columns = tables.trace_tables(flown.steps, signals, measured, effects, flown.means)
+    errors = {choice.name: error for choice, error in zip(problem.spec.navigation, problem.loop.navigation, strict=True)}
+    frames, columns = tables.trace_tables(flown.steps, signals, measured, effects, flown.means, interrupting(errors))
     return {sample: (frame, columns) for sample, frame in zip(samples, frames, strict=True)}

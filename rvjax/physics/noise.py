@@ -12,6 +12,7 @@ precision. Twelve times as fast as `jax.random.normal`, which takes 64 bits and 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import jax.numpy as jnp
 import numpy as np
@@ -30,12 +31,25 @@ _PARITY = np.uint32(0x1BD11BDA)
 
 def normals(key: tuple[Scalar, ...], k: Scalar, count: int) -> tuple[Scalar, ...]:
     """`count` independent standard normal numbers of step k, in the type of the key. key: four whole numbers of 16 bits."""
+    pairs = (pair(*both) for both in _words(key, k, (count + 1) // 2))
+    return tuple(x for both in pairs for x in both)[:count]
+
+
+def uniforms(key: tuple[Scalar, ...], k: Scalar) -> tuple[Scalar, Scalar]:
+    """Two independent uniform numbers (w + ½)/2³² of step k, in the type of the key; not beside `normals` with the same key."""
+    ((first, second),) = _words(key, k, 1)
+    return (first + 0.5) * 2.0**-32, (second + 0.5) * 2.0**-32
+
+
+def _words(key: tuple[Scalar, ...], k: Scalar, count: int) -> Iterator[tuple[Scalar, Scalar]]:
+    """(w₁, w₂) at the counters (k, 0), (k, 1), …, in the type of the key."""
     a, b, c, d = (part.astype(jnp.uint32) for part in key)
     words = ((a << 16) | b, (c << 16) | d)
     step = jnp.asarray(k).astype(jnp.uint32)
     real = key[0].dtype
-    pairs = (pair(*(word.astype(real) for word in threefry(words, (step, jnp.uint32(j))))) for j in range((count + 1) // 2))
-    return tuple(x for both in pairs for x in both)[:count]
+    for j in range(count):
+        first, second = (word.astype(real) for word in threefry(words, (step, jnp.uint32(j))))
+        yield first, second
 
 
 def pair(first: Scalar, second: Scalar) -> tuple[Scalar, Scalar]:

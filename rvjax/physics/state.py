@@ -115,7 +115,8 @@ class Step(NamedTuple):
     measured: the motion with the navigation errors. command: v before the saturation; commanded: h(v); applied: after the faults;
     disturbance: added to it [N, N·m]. thrusts: after the faults [N], empty without thrusters. effects: of each effect its state
     and its signals. total: applied wrench, disturbances and effects, about the centre of mass, in P [N, N·m]. tank: empty in a
-    campaign without propellant; with it, plant has the mass, inertia and centre of the instant.
+    campaign without propellant; with it, plant has the mass, inertia and centre of the instant. ages: time since the last
+    measurement [s], of each navigation error that interrupts it.
     """
 
     t: Scalar
@@ -132,6 +133,7 @@ class Step(NamedTuple):
     effects: tuple[tuple[Any, Mapping[str, Any]], ...] = ()
     total: Channels | tuple[()] = ()
     tank: Tank | tuple[()] = ()
+    ages: tuple[Scalar, ...] = ()
 
 
 class State(NamedTuple):

@@ -30,7 +30,7 @@ from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.effects.interface import Effect
 from rvjax.components.faults.interface import Fault
 from rvjax.components.metrics.interface import MetricContext
-from rvjax.components.navigation.interface import NavigationError
+from rvjax.components.navigation.interface import Known, NavigationError
 from rvjax.physics.dynamics import motion_rate, relative, target_alpha, target_rate
 from rvjax.physics.propellant import Propellant, feeds, flow, level, lighter, supplied
 from rvjax.physics.saturation import Saturation, saturate
@@ -78,12 +78,14 @@ class Drawn(NamedTuple):
 
 
 class Sampled(NamedTuple):
-    """The measurement of a sampled controller at its last instant, and its command v since then."""
+    """The measurement of a sampled controller at its last instant, and its command v since then. told: ω̇_t and the docking point
+    of the measurement, where a navigation error changes what is known of the target."""
 
     t: Scalar
     motion: Motion
     target: TargetMotion
     command: Channels
+    told: tuple[Vector, Vector] | tuple[()] = ()
 
 
 class Discrete(NamedTuple):
@@ -117,12 +119,14 @@ def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
     idle = true_limits(drawn.plant) * 0.0
     tick = Tick(0, drawn.context.step_s * 0.0, drawn.context.step_s)
     navigation: list[Any] = []
+    known = Known(drawn.target, alpha(drawn.target, drawn.plant), drawn.plant.port)
     for error, numbers in zip(loop.navigation, drawn.navigation, strict=True):
-        navigation.append(error.start(first, numbers))
-        first = error.see(tick.t, first, error.keep(tick, first, navigation[-1], numbers), numbers)
-    view = measurement(tick.t, first, drawn.target, alpha(drawn.target, drawn.plant), drawn)
+        navigation.append(error.start(first, error.given(numbers, known)))
+        first, known, _ = through(error, tick.t, first, known, navigation[-1], numbers, tick=tick)
+    view = measurement(tick.t, first, known.target, known.alpha_t, drawn, known.port)
     integrated = loop.controller.start(view, drawn.gains)
-    sample: Sampled | Discrete | tuple[()] = Sampled(tick.t, first, drawn.target, zero) if loop.sampling else ()
+    told = (view.alpha_t, view.port) if any(error.knows for error in loop.navigation) else ()
+    sample: Sampled | Discrete | tuple[()] = Sampled(tick.t, first, view.target, zero, told) if loop.sampling else ()
     if isinstance(loop.controller, DiscreteController):
         integrated, sample = (), _before_its_first_instant(loop.controller, loop, drawn, view, integrated)
     consumed = drawn.context.step_s * 0.0 if isinstance(drawn.propellant, Propellant) else ()
@@ -143,8 +147,9 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
     """(ẏ, the step at this instant, held values). tick: at the start of a step; the held values are then updated before use."""
     plant, tank, fed = present(drawn, y.consumed, held.fed, tick)
     alpha_t = alpha(y.target, plant)
-    motion, navigation = measured(loop, drawn, t, y.motion, held.navigation, tick)
-    view = measurement(t, motion, y.target, alpha_t, drawn)
+    truth = Known(y.target, alpha_t, plant.port)
+    motion, told, navigation = measured(loop, drawn, t, y.motion, truth, held.navigation, tick=tick)
+    view = measurement(t, motion, told.target, told.alpha_t, drawn, told.port)
     actuators = partial(saturate, loop.saturation, upper=plant.upper, lower=plant.lower)
     response, control = commands(loop, drawn, view, y.control, actuators, held.control, tick=tick)
 
@@ -170,6 +175,7 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
     command = response.command
     step = Step(t, y.motion, motion, y.target, plant, command, commanded, applied, disturbance, response.report, thrusts)
     step = step._replace(effects=tuple(zip(y.effects, signals, strict=True)), tank=tank, total=wrench)
+    step = step._replace(ages=ages(loop, t, navigation))
     return rate, step, acted._replace(disturbances=disturbances, navigation=navigation, control=control, fed=fed)
 
 
@@ -189,21 +195,39 @@ def alpha(target: TargetMotion, plant: Plant) -> Vector:
     return target_alpha(target.w, plant.target_inertia, plant.target_inertia_inverse)
 
 
-def measurement(t: Scalar, motion: Motion, target: TargetMotion, alpha_t: Vector, drawn: Drawn) -> Measurement:
-    """The input of the controller: the measured motion and the data that a cooperative target sends."""
-    return Measurement(t, motion, target, alpha_t, drawn.plant.port, drawn.upper, drawn.lower)
+def measurement(
+    t: Scalar, motion: Motion, target: TargetMotion, alpha_t: Vector, drawn: Drawn, port: Vector | None = None
+) -> Measurement:
+    """The input of the controller: the measured motion and the data that a cooperative target sends. port: None: δ."""
+    return Measurement(t, motion, target, alpha_t, drawn.plant.port if port is None else port, drawn.upper, drawn.lower)
 
 
 def measured(
-    loop: Loop, drawn: Drawn, t: Scalar, motion: Motion, memories: tuple[Any, ...], tick: Tick | None
-) -> tuple[Motion, tuple[Any, ...]]:
-    """The motion after every navigation error in turn, in the order of the campaign, and the memories."""
+    loop: Loop, drawn: Drawn, t: Scalar, motion: Motion, known: Known, memories: tuple[Any, ...], *, tick: Tick | None
+) -> tuple[Motion, Known, tuple[Any, ...]]:
+    """The motion and what is known of the target after every navigation error in turn, in the order of the campaign, and the
+    memories. known: the truth."""
     kept: list[Any] = []
     for error, numbers, memory in zip(loop.navigation, drawn.navigation, memories, strict=True):
-        now = memory if tick is None else error.keep(tick, motion, memory, numbers)
-        motion = error.see(t, motion, now, numbers)
+        motion, known, now = through(error, t, motion, known, memory, numbers, tick=tick)
         kept.append(now)
-    return motion, tuple(kept)
+    return motion, known, tuple(kept)
+
+
+def through(
+    error: NavigationError, t: Scalar, motion: Motion, known: Known, memory: Any, numbers: Numbers, *, tick: Tick | None
+) -> tuple[Motion, Known, Any]:
+    """The motion and what is known of the target after a navigation error, and its memory."""
+    given = error.given(numbers, known)
+    now = memory if tick is None else error.keep(tick, motion, memory, given)
+    told = known if error.knows is None else error.knows(t, known, now, numbers)
+    return error.see(t, motion, now, given), told, now
+
+
+def ages(loop: Loop, t: Scalar, memories: tuple[Any, ...]) -> tuple[Scalar, ...]:
+    """Time since the last measurement [s], of each navigation error that has it."""
+    pairs = zip(loop.navigation, memories, strict=True)
+    return tuple(error.age(t, memory) for error, memory in pairs if error.age is not None)
 
 
 def _before_its_first_instant(
@@ -245,8 +269,10 @@ def commands(
     def latest(new: Any, old: Any) -> Any:
         return jax.tree.map(lambda a, b: jnp.where(due, a, b), new, old)
 
-    last = latest(Sampled(view.t, view.motion, view.target, control.command), control)
-    last_view = measurement(last.t, last.motion, last.target, alpha(last.target, drawn.plant), drawn)
+    told = (view.alpha_t, view.port) if control.told else ()
+    last = latest(Sampled(view.t, view.motion, view.target, control.command, told), control)
+    alpha_t, port = last.told or (alpha(last.target, drawn.plant), None)
+    last_view = measurement(last.t, last.motion, last.target, alpha_t, drawn, port)
     response = controller.respond(last_view, state, actuators, drawn.gains)
     command = latest(response.command, control.command)
     return response._replace(command=command), last._replace(command=command)

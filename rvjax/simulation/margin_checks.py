@@ -11,11 +11,12 @@ from rvjax.campaign import Quantity, Source
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.formula import MOST_SUGGESTIONS, Formula, Junction, Predicate, Reader, Until, parts_of, walk
 from rvjax.campaign.plain_values import shorten
-from rvjax.columns import EFFECT, SIGNAL
+from rvjax.columns import EFFECT, NAVIGATION, SIGNAL
 from rvjax.components.controllers.interface import Controller, DiscreteController
 from rvjax.components.effects.interface import Effect
+from rvjax.components.navigation.interface import NavigationError
 from rvjax.errors import Finding
-from rvjax.simulation.signals import MEAN_WRENCH, Signal, derived, moved, recorded, reported
+from rvjax.simulation.signals import MEAN_WRENCH, Signal, derived, interrupting, moved, recorded, reported
 from rvjax.simulation.temporal_margins import unit
 
 ControllerChoice = tuple[Controller | DiscreteController, Mapping[str, Quantity]]
@@ -28,13 +29,14 @@ EffectChoice = tuple[Effect, Mapping[str, Quantity]]
 @dataclass(frozen=True)
 class AvailableSignals:
     """signals: of a flight with the controller, by name. known: whether the signals of the controller are included. baselines:
-    the signals with each baseline, by its name. effects: their names, and whether their signals are included. thrusters: their
-    number, None if unknown."""
+    the signals with each baseline, by its name. effects, navigation: their names, and whether their signals are included.
+    thrusters: their number, None if unknown."""
 
     signals: Mapping[str, Signal]
     known: bool
     baselines: Mapping[str, Mapping[str, Signal]]
     effects: Mapping[str, bool]
+    navigation: Mapping[str, bool]
     thrusters: int | None
 
     @classmethod
@@ -43,20 +45,23 @@ class AvailableSignals:
         controller: ControllerChoice | None,
         baselines: Mapping[str, ControllerChoice],
         effects: Mapping[str, EffectChoice | None],
-        measured: bool,
+        navigation: Mapping[str, NavigationError | None],
         thrusters: int | None,
         propellant: bool,
     ) -> AvailableSignals:
-        """controller, effects: None where a part of the campaign is wrong. effects: in the order of the campaign. measured:
-        whether there are navigation errors. propellant: whether the pursuer has propellant."""
+        """controller, effects, navigation: None where a part of the campaign is wrong. effects, navigation: in the order of the
+        campaign. propellant: whether the pursuer has propellant."""
         moving = {name: (choice[0], moved(*choice)) for name, choice in effects.items() if choice is not None}
+        interrupted = interrupting({name: error for name, error in navigation.items() if error is not None})
 
         def signals(choice: ControllerChoice | None) -> dict[str, Signal]:
             meanings, values = ({}, {}) if choice is None else (choice[0].signals, reported(*choice))
-            return recorded(meanings, values, measured, thrusters or 0, moving, propellant) | derived()
+            fixed = bool(navigation), thrusters or 0, moving, propellant, interrupted
+            return recorded(meanings, values, *fixed) | derived()
 
         others = {name: signals(choice) for name, choice in baselines.items()}
-        return cls(signals(controller), controller is not None, others, {name: name in moving for name in effects}, thrusters)
+        included = {name: name in moving for name in effects}, {name: error is not None for name, error in navigation.items()}
+        return cls(signals(controller), controller is not None, others, *included, thrusters)
 
     def findings(self, margins: Any, source: Source) -> list[Finding]:
         """Every finding about names and units in the margins of a campaign, even if other parts of it are wrong."""
@@ -86,6 +91,8 @@ class AvailableSignals:
             return self._wrong_name_of_effect(name, few)
         if name in MEAN_WRENCH:
             return f"{shown} is a mean over the steps from a row of the trace to the next, no signal", _AT_AN_INSTANT
+        if name.startswith(NAVIGATION) and not all(self.navigation.values()):
+            return None
         if name.startswith("seen_") and name in recorded({}, {}, True, 0):
             return f"{shown} is not recorded: there is no navigation", f"accepted: {name.removeprefix('seen_')}, the true one"
         if name in recorded({}, {}, False, 0, propellant=True):

@@ -32,10 +32,10 @@ class Entry(NamedTuple):
 
 @dataclass(frozen=True)
 class Outline:
-    """components: every mapping with a `use`. baselines, effects: their names, in order. actuators: names of the channels or
-    thrusters, empty if the actuators are wrong. layout: of the thrusters, None without or if they are wrong. duration_s: of a
-    flight, None if it is no number. margins: as written, None without. metric_uses: place and mapping of each requirement and
-    objective. places: what the sections target and pursuer say, such as `target.hull`.
+    """components: every mapping with a `use`. baselines, effects, navigation: their names, in order. actuators: names of the
+    channels or thrusters, empty if the actuators are wrong. layout: of the thrusters, None without or if they are wrong.
+    duration_s: of a flight, None if it is no number. margins: as written, None without. metric_uses: place and mapping of each
+    requirement and objective. places: what the sections target and pursuer say, such as `target.hull`.
     """
 
     components: tuple[Entry, ...]
@@ -43,7 +43,7 @@ class Outline:
     effects: tuple[str, ...]
     actuators: tuple[str, ...]
     layout: Layout | None
-    navigation: bool
+    navigation: tuple[str, ...]
     duration_s: float | None
     margins: Any
     metric_uses: tuple[tuple[Place, Mapping[str, Any]], ...]
@@ -63,7 +63,7 @@ class Outline:
             effects=_names(campaign.get("effects")),
             actuators=actuator_names(actuators, layout),
             layout=layout,
-            navigation=bool(campaign.get("navigation")),
+            navigation=_names(campaign.get("navigation")),
             duration_s=duration if isinstance(duration, (int, float)) else None,
             margins=campaign.get("margins"),
             metric_uses=tuple(_metric_uses(campaign)),

@@ -27,6 +27,7 @@ from rvjax.columns import CHANNELS, Column, metric_and_channel
 from rvjax.components.controllers.interface import DiscreteController
 from rvjax.components.faults.interface import FaultParameters
 from rvjax.components.metrics.interface import Metric
+from rvjax.components.navigation.interface import NavigationError
 from rvjax.components.registry import FAMILY_OF, Component, component, members, standard_metrics
 from rvjax.errors import CampaignError, Finding, UsageError
 from rvjax.physics.thruster_allocation import ThrusterSystem, wrench
@@ -191,6 +192,13 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         quantities = {name: quantity for name, quantity in model.quantities().items() if not name.startswith("schedule.")}
         part[choice.path] = Part(choice.prefix, quantities, member.noisy, schedule, member, model, choice.path)
         drawn |= model.quantities(choice.prefix)
+    unfit = [
+        spec.source.finding((*choice.path, *wrong.place), wrong.message, wrong.accepted)
+        for choice in spec.flying
+        for wrong in component(FAMILY_OF[choice.section], choice.use).unfit(parameters[choice.path], spec)
+    ]
+    if unfit:
+        raise CampaignError(unfit)
     if len(implicit := [choice for choice in spec.effects if build[choice.path].implicit]) > 1:
         accepted = f"accepted: one effect whose reaction depends on the acceleration, beside {implicit[0].name} none"
         found = f"{implicit[1].use} and {implicit[0].use} each need the acceleration that the other changes"
@@ -320,6 +328,7 @@ def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> A
     """The signals of the flights of a campaign, as far as its controllers, effects and actuators are right."""
     choices: dict[Place, ControllerChoice] = {}
     effects: dict[str, EffectChoice | None] = dict.fromkeys(outline.effects)
+    errors: dict[str, NavigationError | None] = dict.fromkeys(outline.navigation)
     for section, place, raw, _ in outline.components:
         if (model := parameters.get(place)) is None:
             continue
@@ -327,6 +336,8 @@ def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> A
             choices[place] = controller_of(component("controllers", raw["use"]).build(model), model.quantities())
         elif section == "effects":
             effects[outline.effects[int(place[1])]] = component("effects", raw["use"]).build(model), own_quantities(model)
+        elif section == "navigation":
+            errors[outline.navigation[int(place[1])]] = component("navigation", raw["use"]).build(model)
     baselines = {
         name: choices[place]
         for name, place in ((name, ("baselines", index)) for index, name in enumerate(outline.baselines))
@@ -337,7 +348,7 @@ def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> A
         choices.get(("controller",)),
         baselines,
         effects,
-        outline.navigation,
+        errors,
         thrusters if outline.actuators else None,
         outline.has("pursuer.propellant"),
     )

@@ -18,7 +18,7 @@ pursuer about its centre of mass, in P. It is no signal of an instant, so margin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any
@@ -28,9 +28,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from rvjax.campaign import Quantity
-from rvjax.columns import AXES, CHANNELS, EFFECT, SIGNAL, Column
+from rvjax.columns import AXES, CHANNELS, EFFECT, NAVIGATION, SIGNAL, Column
 from rvjax.components.controllers.interface import WRENCH, Controller, DiscreteController
 from rvjax.components.effects.interface import Effect
+from rvjax.components.navigation.interface import NavigationError
 from rvjax.physics.elementary import atan
 from rvjax.physics.state import Numbers, Step
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, Thrusts, Vector, dot, each, largest, norm
@@ -72,12 +73,14 @@ def recorded(
     thrusters: int,
     effects: Mapping[str, tuple[Effect, Any]] | None = None,
     propellant: bool = False,
+    interrupted: Sequence[str] = (),
 ) -> dict[str, Signal]:
     """The columns of a trace, by name and in their order; everything in SI, frames as in `rvjax.physics.state`.
 
     meanings: of the declared signals of the controller; values: a value of each signal, whose type says its components. measured:
     include the measured motion. thrusters: their number. effects: name → (effect, its state and its signals at an instant).
     propellant: include what is left of it, and the mass and the centre of mass of the instant.
+    interrupted: the navigation errors with times without a new measurement.
     """
     signals = [Signal(Column("t_s", "s", "time"), lambda step: step.t), *_motion(measured), *_wrenches()]
     for i in range(thrusters):
@@ -92,6 +95,9 @@ def recorded(
     for index, (name, (effect, (state, given))) in enumerate((effects or {}).items()):
         signals += _of_effect(index, name, effect, state, given)
     signals += _of_propellant() if propellant else []
+    for index, name in enumerate(interrupted):
+        column = Column(f"{NAVIGATION}{name}.age_s", "s", f"time since the last measurement, of {name}")
+        signals.append(Signal(column, lambda step, index=index: step.ages[index]))
     return {signal.column.name: signal for signal in signals}
 
 
@@ -220,6 +226,11 @@ def moved(effect: Effect, quantities: Mapping[str, Quantity]) -> tuple[Any, Mapp
 
     shapes = jax.eval_shape(values, user_checks.numbers(quantities), user_checks.ARGUMENTS)
     return jax.tree.map(lambda shape: jax.ShapeDtypeStruct((1, *shape.shape), shape.dtype), shapes)
+
+
+def interrupting(errors: Mapping[str, NavigationError]) -> list[str]:
+    """The names of the navigation errors with times without a new measurement. errors: of a campaign, by name."""
+    return [name for name, error in errors.items() if error.age is not None]
 
 
 def thrusts(step: Step) -> tuple[Any, ...]:

@@ -99,16 +99,18 @@ def trace_tables(
     measured: bool,
     effects: Mapping[str, Effect] | None = None,
     means: Sequence[Channels] = (),
+    interrupted: Sequence[str] = (),
 ) -> tuple[list[pd.DataFrame], dict[str, Column]]:
     """For every traced sample a row per observed step, in SI; frames as in `rvjax.physics.state`.
 
     signals: of the controller. measured: include the measured motion. effects: of the campaign, by name. means: the mean
-    wrench from each row to the next.
+    wrench from each row to the next. interrupted: as in `signals.recorded`.
     """
     (samples,) = steps[0].motion.rho.x.shape
     flat: Step = jax.tree.map(lambda *each: np.concatenate(each), *steps)
     moving = {name: (effect, flat.effects[index]) for index, (name, effect) in enumerate((effects or {}).items())}
-    columns = recorded(signals, flat.report.signals, measured, len(thrusts(flat)), moving, isinstance(flat.tank, Tank))
+    burning = isinstance(flat.tank, Tank)
+    columns = recorded(signals, flat.report.signals, measured, len(thrusts(flat)), moving, burning, interrupted)
     rows = len(steps) * samples
     data = {name: np.broadcast_to(signal.get(flat), rows).reshape(len(steps), samples) for name, signal in columns.items()}
     none = Channels.of((np.full(samples, np.nan),) * len(CHANNELS))

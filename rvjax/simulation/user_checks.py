@@ -23,6 +23,7 @@ from rvjax.components.actuators.interface import Limits
 from rvjax.components.controllers.interface import DiscreteController
 from rvjax.components.forms.controller import unlimited
 from rvjax.components.metrics.interface import MetricContext
+from rvjax.components.navigation.interface import Known
 from rvjax.components.registry import Component
 from rvjax.components.user_mistakes import UserMistake
 from rvjax.errors import CampaignError
@@ -171,8 +172,12 @@ def _disturbance(built: Any, layout: Layout | None, given_numbers: Numbers, give
 
 def _navigation(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
     del layout
-    memory = built.keep(given.tick, given.motion, built.start(given.motion, given_numbers), given_numbers)
-    return built.see(given.t, given.motion, memory, given_numbers)
+    truth = Known(given.target, given.target_alpha, given.plant.port)
+    informed = built.given(given_numbers, truth)
+    memory = built.keep(given.tick, given.motion, built.start(given.motion, informed), informed)
+    known = truth if built.knows is None else built.knows(given.t, truth, memory, given_numbers)
+    age = () if built.age is None else built.age(given.t, memory)
+    return built.see(given.t, given.motion, memory, informed), known, age
 
 
 def _actuator(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:

@@ -137,6 +137,37 @@ DEAD = {
         "attitude_deg and rate_deg_s are 0 or left out",
     ),
     "gyro-drift-zero": ("navigation: [{use: gyro-drift, walk_deg_s: 0}]", "navigation.gyro-drift", "{", "walk_deg_s are 0"),
+    "noise-that-does-not-grow": (
+        "navigation: [{use: noise, position_m_per_m: 0}]",
+        "navigation.noise",
+        "{",
+        "rate_deg_s_per_m are 0 or left out",
+    ),
+    "dropouts-never": (
+        "navigation: [{use: dropouts}]",
+        "navigation.dropouts",
+        "{",
+        "probability and mean_interval_s are 0 or left out",
+    ),
+    "target-known-exactly": (
+        "navigation: [{use: target-knowledge, port_m: 0}]",
+        "navigation.target-knowledge",
+        "{",
+        "rate_deg_s, attitude_deg and port_m are 0 or left out",
+    ),
+    "target-noise-zero": ("navigation: [{use: target-noise, rate_deg_s: 0}]", "navigation.target-noise", "{", "rate_deg_s is 0"),
+    "outage-after-the-end": (
+        "navigation: [{use: outage, start_s: 10, duration_s: 1}]",
+        "navigation.outage",
+        "start_s",
+        "begins at 10 s at the earliest, not before the end",
+    ),
+    "outage-between-steps": (
+        "navigation: [{use: outage, start_s: 1.06, duration_s: 0.05}]",
+        "navigation.outage",
+        "duration_s",
+        "an outage of 0.05 s ends at the step at which it begins",
+    ),
     "class-without-samples": (
         "require: [{metric: captured, at_least: 0.5, where: {pursuer.mass_kg: {below: 90}}}]",
         "require.0.where.pursuer.mass_kg",

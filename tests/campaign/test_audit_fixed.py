@@ -79,6 +79,12 @@ ALIVE = (
     "faults=[{use: drift, onset_s: 1, growth: [0, 0, 0, 0, 0, 1], most: [0, 0, 0, 0, 0, 1]}]",
     "faults=[{use: float, onset_s: 1, schedule: {count: 0.6}}]",
     "navigation=[{use: noise, position_m: [0, 0, 1]}]",
+    "navigation=[{use: noise, position_m_per_m: [0, 0, 1]}]",
+    "navigation=[{use: dropouts, probability: {uniform: [0, 0.1]}}]",
+    "navigation=[{use: dropouts, mean_interval_s: 3, duration_s: 1}]",
+    "navigation=[{use: outage, start_s: 1.04, duration_s: 0.05}]",
+    "navigation=[{use: outage, start_s: {uniform: [9.9, 11]}, duration_s: 1}]",
+    "navigation=[{use: target-knowledge, port_m: [0, 0, 1]}]",
     "require=[{metric: captured, at_least: 0.5, where: {pursuer.mass_kg: {at_least: 109}}}]",
 )
 
@@ -242,6 +248,25 @@ def test_other_warnings_and_none_for_what_the_steps_follow(campaign: Path) -> No
         [{"use": "sinusoid", "force_N": [1, 0, 0], "rate_rad_s": 31, "phase_deg": 0}],
     ):
         assert not warnings(load(campaign, [f"disturbances={json.dumps(sound)}"]))
+
+
+COARSE = {
+    "update-rate, period_s: 0.1": "is one step: the measurement is new in every step",
+    "update-rate, period_s: 10": "is not shorter than the flight: it has one measurement",
+    "dropouts, mean_interval_s: 5, duration_s: 0.04": "0.04 s is shorter than the step of 0.1 s",
+    "dropouts, mean_interval_s: 0.04, duration_s: 1": "0.04 s is shorter than the step of 0.1 s",
+}
+FINE = ("update-rate, period_s: 0.2", "dropouts, mean_interval_s: 0.1, duration_s: 0.1", "outage, start_s: 1, duration_s: 1")
+
+
+def test_a_sensor_that_the_steps_cannot_follow_is_named(campaign: Path) -> None:
+    """Kills: a warning at the wrong key, or about what the steps follow."""
+    for said, words in COARSE.items():
+        (found,) = warnings(load(campaign, [f"navigation=[{{use: {said}}}]"]))
+        assert words in found.found
+        assert found.path.split(".")[-1] in said
+    for said in FINE:
+        assert not warnings(load(campaign, [f"navigation=[{{use: {said}}}]"]))
 
 
 def test_a_warning_is_on_stderr_and_in_the_report(

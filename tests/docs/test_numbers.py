@@ -124,7 +124,7 @@ def test_every_tuning_has_the_budget_of_the_page() -> None:
     ("name", "family", "without"),
     [
         ("faults", "faults", set[str]()),
-        ("navigation", "navigation", set[str]()),
+        ("navigation", "navigation", {"update-rate", "dropouts", "outage", "target-knowledge", "target-noise"}),
         ("disturbances", "disturbances", {"constant", "sinusoid"}),
     ],
 )

@@ -129,15 +129,15 @@ MUTANTS = (
     Mutant(
         "an error that is given the true motion",
         "simulation/closed_loop.py",
-        "error.keep(tick, motion, memory, numbers)",
-        "error.keep(tick, drawn.motion, memory, numbers)",
+        "error.keep(tick, motion, memory, given)",
+        "error.keep(tick, jax.tree.map(lambda x: x * 0.0, motion), memory, given)",
         ORDER,
     ),
     Mutant(
         "a start on the true motion",
         "simulation/closed_loop.py",
-        "measurement(tick.t, first, drawn.target",
-        "measurement(tick.t, motion, drawn.target",
+        "measurement(tick.t, first, known.target",
+        "measurement(tick.t, motion, known.target",
         "physics/test_navigation.py::test_the_controller_starts_on_what_it_sees",
     ),
     # sampled control

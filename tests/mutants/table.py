@@ -17,6 +17,7 @@ from tests.mutants import (
     product_table,
     propellant_table,
     scene_table,
+    sensors_table,
     trace_table,
     user_table,
 )
@@ -28,6 +29,7 @@ MUTANTS: tuple[Mutant, ...] = (
     *draws_table.MUTANTS,
     *engine_table.MUTANTS,
     *members_table.MUTANTS,
+    *sensors_table.MUTANTS,
     *data_table.MUTANTS,
     *product_table.MUTANTS,
     *scene_table.MUTANTS,

@@ -225,13 +225,14 @@ MARGINS: Said = {
     "worked": {"not": {"always": {"any": [{"signal": f"share_{name}", "below": 0.3} for name in (*CHANNELS, "any")]}}},
     "surface": {"eventually": {"all": [{"signal": "ctl.depth_fx", "below": 0.7}, {"signal": "ctl.depth_ty", "above": -0.2}]}},
     "seen": {"always": {"signal": "seen_rho_x_m", "above": -12.5}},
+    "old": {"always": {"signal": "navigation.dropouts.age_s", "below": 0.25}},
     "clock": {"until_settled": {"signal": "t_s", "below": 0}},
 }
 FLIGHT = (
     *SHORT,
     "horizon={duration_s: 10, step_s: 0.1}",
     "controller={use: sliding-mode}",
-    "navigation=[{use: noise, position_m: 0.05}]",
+    "navigation=[{use: noise, position_m: 0.05}, {use: dropouts, probability: 0.4}]",
     "capture={position_m: 17, attitude_mrp: 0.35, window_s: 5}",
 )
 OTHER = ("margins.gentle.all.1.eventually.to_s=3", "margins.any.until.reach.below=0.3", "margins.seen.always.above=-1.0")

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from rvjax.components.navigation.interface import Known
 from rvjax.components.registry import component, members
+from rvjax.physics.dynamics import target_alpha
 from rvjax.physics.state import Motion, Tick
 from rvjax.physics.vectors import Channels
 from tests import flights
@@ -22,10 +24,19 @@ EVERY = [(family, use) for family in FAMILIES for use in members(family)]
 H, STEPS = 0.05, 2
 
 
+def told(family: str, functions: Any, numbers: Any, target: Any, plant: Any) -> Any:
+    """The numbers that the functions of a member get."""
+    if family == "disturbances":
+        return numbers
+    alpha_t = target_alpha(target.w, plant.target_inertia, plant.target_inertia_inverse)
+    return functions.given(numbers, Known(target, alpha_t, plant.port))
+
+
 def keep(family: str, functions: Any, k: Any, h: Any, memory: Any, numbers: Any, motion: Any, target: Any, plant: Any) -> Any:
     """The memory of step k."""
     state, _ = known(motion, target, plant)
     tick = Tick(k, k * h, h)
+    numbers = told(family, functions, numbers, target, plant)
     return functions.keep(tick, state if family == "disturbances" else motion, memory, numbers)
 
 
@@ -34,11 +45,12 @@ def act(family: str, functions: Any, t: Any, memory: Any, numbers: Any, motion: 
     state, geometry = known(motion, target, plant)
     if family == "disturbances":
         return functions.push(t, state, geometry, plant, memory, numbers)
-    return functions.see(t, motion, memory, numbers)
+    return functions.see(t, motion, memory, told(family, functions, numbers, target, plant))
 
 
-def start(family: str, functions: Any, numbers: Any, motion: Any) -> Any:
+def start(family: str, functions: Any, numbers: Any, motion: Any, target: Any, plant: Any) -> Any:
     """The memory before the first step, in the type of the flight, as `flight.begin` has it."""
+    numbers = told(family, functions, numbers, target, plant)
     memory = functions.start(numbers) if family == "disturbances" else functions.start(motion, numbers)
     return jax.tree.map(lambda x: jnp.asarray(x, motion.rho.x.dtype), memory)
 
@@ -50,7 +62,9 @@ def whole(family: str, functions: Any, numbers: Any, motion: Any, target: Any, p
         memory = keep(family, functions, k, H, memory, numbers, motion, target, plant)
         return memory, [act(family, functions, (k + part) * H, memory, numbers, motion, target, plant) for part in (0.0, 0.65)]
 
-    memory, given = jax.lax.scan(step, start(family, functions, numbers, motion), jnp.arange(STEPS, dtype=jnp.int32))
+    memory, given = jax.lax.scan(
+        step, start(family, functions, numbers, motion, target, plant), jnp.arange(STEPS, dtype=jnp.int32)
+    )
     return given, memory
 
 
@@ -94,7 +108,7 @@ def test_a_memory_is_carried_as_it_was_and_nothing_is_promoted(family: str, use:
 
     def carried(own: Any, motion: Any, target: Any, plant: Any) -> Any:
         h = motion.rho.x * 0.0 + jnp.asarray(H, kind)
-        before = start(family, functions, own, motion)
+        before = start(family, functions, own, motion, target, plant)
         after = keep(family, functions, jnp.int32(1), h, before, own, motion, target, plant)
         return before, after, act(family, functions, h, after, own, motion, target, plant)
 

@@ -11,4 +11,9 @@ MEMBERS = {
     "bias": "rvjax.components.navigation.bias",
     "gyro-drift": "rvjax.components.navigation.gyro_drift",
     "delay": "rvjax.components.navigation.delay",
+    "update-rate": "rvjax.components.navigation.update_rate",
+    "dropouts": "rvjax.components.navigation.dropouts",
+    "outage": "rvjax.components.navigation.outage",
+    "target-knowledge": "rvjax.components.navigation.target_knowledge",
+    "target-noise": "rvjax.components.navigation.target_noise",
 }
