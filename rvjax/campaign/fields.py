@@ -242,9 +242,10 @@ def flag(*, default: Any = PydanticUndefined, doc: str) -> Any:
     return Field(default=default, strict=True, description=doc)
 
 
-def option(*, default: Any = PydanticUndefined, example: Any = None, doc: str) -> Any:
-    """One word out of the field's `Literal`, or something else that its annotation reads. example: a value for the manual."""
-    return Field(default=default, examples=None if example is None else [example], description=doc)
+def option(*, key: str | None = None, default: Any = PydanticUndefined, example: Any = None, doc: str) -> Any:
+    """One word out of the field's `Literal`, or something else that its annotation reads. key: if it is not the attribute's name.
+    example: a value for the manual."""
+    return Field(default=default, alias=key, examples=None if example is None else [example], description=doc)
 
 
 def part(*, default: Any = PydanticUndefined, example: Any = None, doc: str) -> Any:

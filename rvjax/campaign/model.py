@@ -305,15 +305,14 @@ class Spec(Model):
         parts["epistemic"] = sorted(set(self.epistemic))
         return _digest(parts)
 
-    def structure(self, parameters: Mapping[Place, Model]) -> str:
+    def structure(self, parameters: Mapping[Place, Model], periods: tuple[int, ...]) -> str:
         """SHA-256 of all that decides which program is compiled: campaigns of the same structure share a compiled program. They
-        differ only in numbers and draws. parameters: as in `fingerprint`."""
+        differ only in numbers and draws. parameters: as in `fingerprint`; periods: of what does not act at every step, in steps."""
         names = ("precision", "actuators", "margins")
         parts: dict[str, Any] = {name: getattr(self, name) for name in names}
         parts |= {"shapes": [self.target.hull, self.pursuer.hull, self.target.keep_out, self.corridor.is_funnel]}
         parts |= {"components": [*self.flying, self.saturation]}
-        parts |= {"parameters": self._parameters(parameters), "control_steps": self.horizon.control_steps}
-        parts |= {"propellant": self.pursuer.propellant}
+        parts |= {"parameters": self._parameters(parameters), "periods": periods, "propellant": self.pursuer.propellant}
         return _digest(parts, numbers=False)
 
     def _parameters(self, parameters: Mapping[Place, Model]) -> dict[str, Any]:

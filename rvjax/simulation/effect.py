@@ -28,7 +28,8 @@ class Silent(NamedTuple):
 
 def silent(problem: Problem) -> list[Silent]:
     """Every input whose numbers show that it changes nothing in any sample."""
-    found = [(_name(part, wrong.place), part.place, wrong) for part in parts(problem) for wrong in _problems(problem, part)]
+    looked_at = (*parts(problem), *problem.chosen)
+    found = [(_name(part, wrong.place), part.place, wrong) for part in looked_at for wrong in _problems(problem, part)]
     found += [(".".join(map(str, wrong.place)), (), wrong) for wrong in (*_corridor(problem), *_bodies(problem))]
     found += [(".".join(map(str, wrong.place)), (), wrong) for wrong in _classes(problem)]
     source = problem.spec.source

@@ -64,7 +64,7 @@ def step(evaluate: Evaluate, metrics: tuple[Metric, ...], drawn: Drawn, carry: C
     t = k * h
     rate, now, held = step_start(evaluate, drawn, carry, k)
     weight = h * jnp.where(k == 0, 0.5, 1.0)
-    accumulators = accumulate(metrics, carry.accumulators, now, weight, drawn)
+    accumulators = accumulate(metrics, carry.accumulators, now, weight, drawn, k)
     y = rk4.step(lambda s, x: evaluate(drawn, s, x, held, None)[0], t, carry.y, h, rate)
     y = closed_loop.between_steps(y)
     lost = jnp.minimum(carry.lost_s, jnp.where(finite(y), jnp.inf, t + h))
@@ -95,7 +95,7 @@ def finish(
 ) -> tuple[Mapping[str, Scalar], Scalar]:
     """The values of the metrics after the last step k, and the time at which the flight was lost (+∞: never)."""
     weight = 0.5 * drawn.context.step_s
-    accumulators = accumulate(metrics, carry.accumulators, observe(evaluate, drawn, carry, k), weight, drawn)
+    accumulators = accumulate(metrics, carry.accumulators, observe(evaluate, drawn, carry, k), weight, drawn, k)
     values: dict[str, Scalar] = {}
     for metric, acc in zip(metrics, accumulators, strict=True):
         values |= metric.finish(acc, drawn.context)
@@ -103,10 +103,21 @@ def finish(
 
 
 def accumulate(
-    metrics: tuple[Metric, ...], accumulators: tuple[Any, ...], now: Step, weight: Scalar, drawn: Drawn
+    metrics: tuple[Metric, ...], accumulators: tuple[Any, ...], now: Step, weight: Scalar, drawn: Drawn, k: Scalar
 ) -> tuple[Any, ...]:
-    """The accumulator of each metric after another instant."""
-    return tuple(m.update(acc, now, weight, drawn.context) for m, acc in zip(metrics, accumulators, strict=True))
+    """The accumulator of each metric after the instant of step k; unchanged where the metric is not due."""
+
+    def after(metric: Metric, acc: Any) -> Any:
+        if metric.every == 1:
+            return metric.update(acc, now, weight, drawn.context)
+
+        def updated(acc: Any) -> Any:
+            new = metric.update(acc, now, weight, drawn.context)
+            return jax.tree.map(lambda after, before: jnp.asarray(after, jnp.result_type(before)), new, acc)
+
+        return jax.lax.cond(k % metric.every == 0, updated, lambda acc: acc, acc)
+
+    return tuple(after(metric, acc) for metric, acc in zip(metrics, accumulators, strict=True))
 
 
 def finite(y: State) -> Scalar:

@@ -164,7 +164,7 @@ def _problem(spec: Spec | None, findings: list[Finding], source: Source) -> Prob
         findings += more
         if model is not None:
             parameters[entry.place] = model
-    metrics, more = with_chosen(metrics, outline, parameters, source)
+    metrics, more = with_chosen(metrics, outline, parameters, spec, source)
     findings += more
     available = _available_signals(outline, parameters) if outline.margins is not None else None
     findings += available.findings(outline.margins, source) if available is not None else []
@@ -206,6 +206,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
     dispersions = resolve(spec, spec.quantities() | drawn, sampler.build(parameters[spec.sampler.path]))
     if wrong := requirement_checks.findings(spec, dispersions.columns):
         raise CampaignError(wrong)
+    sampling = _sampling(spec, build[spec.controller.path])
     return Problem(
         spec=spec,
         loop=Loop(
@@ -216,7 +217,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
             navigation=tuple(build[choice.path] for choice in spec.navigation),
             actuation=tuple(build[choice.path] for choice in spec.actuation),
             effects=tuple(build[choice.path] for choice in spec.effects),
-            sampling=_sampling(spec, build[spec.controller.path]),
+            sampling=sampling,
             gear=_gear(spec.actuators, parameters) if isinstance(spec.actuators, Thrusters) else None,
         ),
         metrics=metrics,
@@ -230,7 +231,7 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         margins=margins,
         dispersions=dispersions,
         fingerprint=spec.fingerprint(parameters),
-        structure=spec.structure(parameters),
+        structure=spec.structure(parameters, (sampling, *(metric.every for metric in metrics))),
     )
 
 

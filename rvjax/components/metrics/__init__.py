@@ -15,4 +15,7 @@ MEMBERS = {
     "collision": "rvjax.components.metrics.collision",
     "keep-out-zone": "rvjax.components.metrics.keep_out_zone",
     "keep-out": "rvjax.components.metrics.keep_out",
+    "contact": "rvjax.components.metrics.contact",
+    "passive-safety": "rvjax.components.metrics.passive_safety",
+    "fuel-bound": "rvjax.components.metrics.fuel_bound",
 }

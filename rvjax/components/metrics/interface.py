@@ -55,6 +55,9 @@ class Metric(NamedTuple):
     weight [s]: quadrature weight of the step (trapezoidal rule), so that Σ weight f(t) ≈ ∫ f dt.
     needs: places of a campaign, such as `target.hull`, without which the metric is off. safety: its values stay in the table
     where a flight collided; those of all other metrics are then NaN, since what follows a collision is no flight.
+
+    every_s: a metric that is updated only at the instants 0, every_s, 2 every_s, …, a whole number of steps apart; None: at every
+    step. The weights are of the steps all the same. every: the same in steps, which the campaign's step gives.
     """
 
     family = "metrics"
@@ -65,3 +68,5 @@ class Metric(NamedTuple):
     finish: Callable[[Any, MetricContext], Mapping[str, Any]]
     needs: tuple[str, ...] = ()
     safety: bool = False
+    every_s: float | None = None
+    every: int = 1
