@@ -61,6 +61,7 @@ SLOW = frozenset(
         "physics/test_margins.py::test_folds_are_the_definition_on_random_traces",
         "physics/test_mean_wrench.py::test_a_thinned_row_has_the_mean_up_to_the_next[xla]",
         "physics/test_noise.py::test_noise_is_the_sample_s_own_wherever_it_flies",
+        "physics/test_passive_safety.py::test_a_flight_is_looked_at_at_its_instants[xla]",
         "physics/test_propellant.py::test_what_is_burnt_is_what_the_thrusters_gave[bounded-least-squares]",
         "physics/test_rehearsal.py",
         "physics/test_sampling.py::test_where_a_flight_is_interrupted_changes_nothing_of_what_is_held",

@@ -307,7 +307,7 @@ class Spec(Model):
 
     def structure(self, parameters: Mapping[Place, Model], periods: tuple[int, ...]) -> str:
         """SHA-256 of all that decides which program is compiled: campaigns of the same structure share a compiled program. They
-        differ only in numbers and draws. parameters: as in `fingerprint`; periods: of what does not act at every step, in steps."""
+        differ only in numbers and draws. parameters: as in `fingerprint`; periods: in steps, of what acts now and then."""
         names = ("precision", "actuators", "margins")
         parts: dict[str, Any] = {name: getattr(self, name) for name in names}
         parts |= {"shapes": [self.target.hull, self.pursuer.hull, self.target.keep_out, self.corridor.is_funnel]}

@@ -3,10 +3,10 @@
     Δ̈ = G(t)Δ + a,   G = μ/|r|³ (3 r̂r̂ᵀ − I),   from (Δ₀, Δ̇₀) at t = 0 to (Δ₁, Δ̇₁) at t = T
     p̈ = G(t) p   ⇒   ∫ pᵀa dt = [pᵀΔ̇ − ṗᵀΔ]₀ᵀ = cᵀb   ⇒   ∫ |a| dt ≥ cᵀb / max |p(t)|
 
-p: any solution, p(t) = P(t) c with six numbers c. So every c gives a bound, whatever thrust the transfer has; the largest is the smallest
-Δv itself (D. Lawden, "Optimal trajectories for space navigation", 1963, ch. 3; L. Neustadt, "Optimization, a moment problem, and
-nonlinear programming", SIAM J. Control 2(1), 1964). c is improved by Newton steps for Σ |P(tᵢ) c|^q with cᵀb = 1, q = 2, 4, 4, 8, 8, …:
-for large q the largest |p| of the grid alone counts, and the best bound on the way is the result.
+p: any solution, p(t) = P(t) c with six numbers c. So every c gives a bound, whatever thrust the transfer has; the largest of them
+is the smallest Δv itself (D. Lawden, "Optimal trajectories for space navigation", 1963; L. Neustadt, "Optimization, a moment
+problem, and nonlinear programming", SIAM J. Control, 1964). c is improved by Newton steps for Σ |P(tᵢ) c|^q with cᵀb = 1, q = 2,
+4, 4, 8, 8, …: for large q the largest |p| of the grid alone counts. The best bound on the way is the result.
 
 Between two points of the grid |p| stays below M/(1 − μh²/(4 r_p³)), with M the largest |p| of the grid, h its spacing and r_p the
 perigee: a curve leaves its chord by at most h²/8 sup |p̈|, and |p̈| ≤ 2μ/r³ |p|. The orbit and P are integrated by RK4 on the
@@ -83,9 +83,8 @@ def _first(begin: FreeMotion, time: Scalar) -> Basis:
     distance = norm(begin.r)
     speed = jnp.stack([dot(begin.r, begin.v), norm(cross(begin.r, begin.v))]) * (time / (distance * distance))
     place = jnp.array([1.0, 0.0], speed.dtype)
-    rows = (*jnp.eye(4, dtype=speed.dtype)[:2], jnp.eye(2, dtype=speed.dtype)[0])
-    rates = (*jnp.eye(4, dtype=speed.dtype)[2:], jnp.eye(2, dtype=speed.dtype)[1])
-    return Basis(place, speed, *rows, *rates)
+    (x, y, x_rate, y_rate), (z, z_rate) = (jnp.eye(size, dtype=speed.dtype) for size in (4, 2))
+    return Basis(place, speed, x, y, z, x_rate, y_rate, z_rate)
 
 
 def _moved(basis: Basis, stiffness: Scalar) -> Basis:

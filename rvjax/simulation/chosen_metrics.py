@@ -21,8 +21,8 @@ from rvjax.simulation.outline import Outline
 def with_chosen(
     metrics: tuple[Metric, ...], outline: Outline, parameters: Mapping[Place, Model], spec: Spec | None, source: Source
 ) -> tuple[tuple[Metric, ...], list[Finding]]:
-    """The metrics of every campaign and those that this one chooses. A finding for each column that two of them have, and for each
-    period that is not a whole number of the campaign's steps."""
+    """The metrics of every campaign and those that this one chooses. A finding for each column that two of them have, and for
+    each period that is not a whole number of steps."""
     entries = [entry for entry in outline.components if entry.section == "metrics"]
     names = entry_names([entry.raw for entry in entries])
     findings: list[Finding] = []

@@ -245,7 +245,7 @@ MUTANTS = (
     Mutant(
         "a fold without the last step",
         "simulation/flight.py",
-        "accumulators = accumulate(metrics, carry.accumulators, observe(evaluate, drawn, carry, k), weight, drawn)",
+        "accumulators = accumulate(metrics, carry.accumulators, observe(evaluate, drawn, carry, k), weight, drawn, k)",
         "accumulators = carry.accumulators",
         OF_ITS_TRACE,
     ),

@@ -14,6 +14,7 @@ from tests.mutants import (
     engine_table,
     flight_table,
     members_table,
+    metrics_table,
     product_table,
     propellant_table,
     scene_table,
@@ -37,4 +38,5 @@ MUTANTS: tuple[Mutant, ...] = (
     *propellant_table.MUTANTS,
     *trace_table.MUTANTS,
     *user_table.MUTANTS,
+    *metrics_table.MUTANTS,
 )

@@ -1,4 +1,4 @@
-"""The lower bound on Δv: against a linear program over impulses, against transfers that are known in closed form, and in flights."""
+"""The lower bound on Δv: against a linear program over impulses, against transfers known in closed form, and in flights."""
 
 from __future__ import annotations
 
@@ -65,11 +65,11 @@ TURNS = Rotation.from_rotvec([[0.3, -1.2, 0.7], [-2.0, 0.4, 1.1]])
 
 @pytest.mark.parametrize(("eccentricity", "time"), [(0.0, 300.0), (0.0, 4000.0), (0.0, 16000.0), (0.3, 1000.0), (0.3, 9000.0)])
 def test_it_lies_just_below_the_best_impulses(eccentricity: float, time: float) -> None:
-    """The best of 385 impulses, of random transfers; begin and end are given in other axes. The bound is at most that, and at least
-    0.97 of it.
+    """The best of 385 impulses, of random transfers; begin and end are given in other axes. The bound is at most that, and at
+    least 0.97 of it.
 
-    Kills: ṗᵀΔ with the wrong sign or in seconds, the end in the axes of the begin, gravity's gradient of the wrong sign, the orbit
-    that does not move, out-of-plane motion left out, Newton steps uphill.
+    Kills: ṗᵀΔ with the wrong sign or in seconds, the end in the axes of the begin, gravity's gradient of the wrong sign, the
+    orbit that does not move, out-of-plane motion left out, Newton steps uphill.
     """
     chance = np.random.default_rng(int(time))
     perigee = 6.8e6
@@ -86,7 +86,9 @@ def test_it_lies_just_below_the_best_impulses(eccentricity: float, time: float) 
 
 @pytest.mark.parametrize("time", [100.0, 3000.0])
 def test_without_gravity_it_is_twice_the_distance_over_the_time(time: float) -> None:
-    """From rest to rest over d in the time T: 2d/T, half at the start and half at the end. Far from the Earth nothing else acts."""
+    """From rest to rest over d in the time T: 2d/T, half at the start and half at the end. Far from the Earth nothing else acts.
+
+    Kills: a bound per second of T, a weight of the grid."""
     far = np.array([1e12, 0.0, 0.0]), np.array([0.0, np.sqrt(MU / 1e12), 0.0])
     d = np.array([30.0, -40.0, 120.0])
     assert bound(np.array([*far, d, 0 * d]), np.array([*far, 0 * d, 0 * d]), time) == pytest.approx(260.0 / time, rel=1e-6)
@@ -114,8 +116,8 @@ def test_nothing_to_do_costs_nothing() -> None:
 
 
 def test_the_end_is_the_docking_point_with_its_velocity() -> None:
-    """From the docking point of a target that turns to where the docking point is later, hardly any gravity: the pursuer leaves with
-    the port's speed then and arrives with that of now. Folded from steps, with Δv = ∫ |f|/m dt.
+    """From the docking point of a target that turns to where the docking point is later, hardly any gravity: the pursuer leaves
+    with the port's speed then and arrives with that of now. Folded from steps, with Δv = ∫ |f|/m dt.
 
     Kills: an end at rest, the start of the last step, Δv of another definition than that of every campaign.
     """

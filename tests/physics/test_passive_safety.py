@@ -1,4 +1,4 @@
-"""Free drift: against both absolute orbits in SciPy, against Clohessy and Wiltshire's equations, and in a flight against its trace."""
+"""Free drift: against both absolute orbits in SciPy, Clohessy and Wiltshire's equations, and the trace of a flight."""
 
 from __future__ import annotations
 
@@ -39,15 +39,15 @@ def relative_step(r: Any, v: Any, delta: Any, speed: Any, t: float = 0.0) -> Any
 
 def clearance(first: Any, radius: float, horizon_s: float = 5400.0, **said: Any) -> float:
     """Of a flight of one step."""
-    return folded("passive-safety", [first], radius_m=radius, horizon_s=horizon_s, **said)["free_drift_clearance_m"]
+    return folded("passive-safety", [first], radius_m=radius, coast_s=horizon_s, **said)["free_drift_clearance_m"]
 
 
 @pytest.mark.parametrize("eccentricity", [0.0, 0.1])
 def test_a_drift_is_that_of_two_absolute_orbits(eccentricity: float) -> None:
     """Starts near and far, at rest and fast, followed for an orbit and a half: within 1e-5 of the largest distance of the drift.
 
-    Kills: the velocity in the turning frame, gravity without its gradient, a minimum at the steps of the drift only, a drift half as
-    long, R for Rᵀ.
+    Kills: the velocity in the turning frame, gravity without its gradient, a minimum at the steps of the drift only, a drift
+    half as long, R for Rᵀ.
     """
     chance = np.random.default_rng(3)
     perigee = 6.8e6
@@ -98,6 +98,17 @@ def test_hold_points_as_in_the_linear_equations(name: str) -> None:
     assert (found > 0.0) == safe
 
 
+@pytest.mark.parametrize("horizon_s", [30.0, 100.0, 180.0])
+def test_the_drift_ends_at_its_horizon(horizon_s: float) -> None:
+    """Towards the target, nearest at the end. Kills: a step of the drift too few or too many, steps of another length."""
+    a, x = 7.0e6, np.array([0.0, 250.0, 0.0])
+    n = np.sqrt(MU / a**3)
+    r, v, speed = np.array([a, 0, 0]), np.array([0, a * n, 0]), np.array([0, -0.4, 0]) + np.cross([0, 0, n], x)
+    expected = drift(r, v, x, speed, horizon_s)
+    assert expected.argmin() == len(expected) - 1
+    assert clearance(relative_step(r, v, x, speed), 10.0, horizon_s) == pytest.approx(expected[-1] - 10.0, abs=1e-3)
+
+
 def test_only_instants_outside_the_ball_and_after_the_fault_count() -> None:
     """Kills: an instant inside, one before the onset, one without any fault, time beyond the end of the flight."""
     a, n = 7.0e6, np.sqrt(MU / 7.0e6**3)
@@ -106,7 +117,7 @@ def test_only_instants_outside_the_ball_and_after_the_fault_count() -> None:
         return relative_step((a, 0, 0), (0, a * n, 0), (0, x, 0), np.array([0, speed, 0]) + np.cross([0, 0, n], [0, x, 0]), t=t)
 
     way = [at(0.0, 300, -1.0), at(20.0, 260, 0.0), at(40.0, 230, -1.0), at(60.0, 150, -1.0), at(75.0, 210, -1.0)]
-    said = {"radius_m": 200.0, "horizon_s": 600.0, "every_s": 20.0, "drift_step_s": 10.0}
+    said = {"radius_m": 200.0, "coast_s": 600.0, "every_s": 20.0, "drift_step_s": 10.0}
     values = folded("passive-safety", way, h=20.0, **said)
     assert values["free_drift_unsafe_s"] == pytest.approx(40.0)  # at 0 and 40 s; at 75 s nothing is left
     assert values["free_drift_clearance_m"] < -150.0
@@ -134,8 +145,8 @@ faults: [{use: effectiveness, onset_s: {uniform: [4, 14]}, remaining: 0.5, chann
 controller: {use: pd-plus}
 capture: {window_s: 5}
 metrics:
-  - {use: passive-safety, radius_m: {uniform: [12, 13]}, horizon_s: 600, every_s: 3, drift_step_s: 10}
-  - {use: passive-safety, name: late, radius_m: 10, horizon_s: 600, every_s: 2, drift_step_s: 10, from: fault}
+  - {use: passive-safety, radius_m: {uniform: [12, 13]}, coast_s: 600, every_s: 3, drift_step_s: 10}
+  - {use: passive-safety, name: late, radius_m: 10, coast_s: 600, every_s: 2, drift_step_s: 10, from: fault}
 """
 
 
@@ -157,8 +168,8 @@ def of_the_trace(flight: Flight, lane: int, every: int, radius: float, first_s: 
 
 @pytest.mark.parametrize("engine", ["llvm", "xla"])
 def test_a_flight_is_looked_at_at_its_instants(engine: str, tmp_path: Path) -> None:
-    """Kills: every step instead of every instant, instants that are off by a step, the numbers of the other metric, an end that is
-    not looked at, an instant that stands for too long."""
+    """Kills: every step instead of every instant, instants that are off by a step, the numbers of the other metric, an instant
+    that stands for too long."""
     flight = flown(tmp_path / "campaign.yaml", CAMPAIGN.replace("{engine}", engine), 3)
     onset = flight.drawn.context.last_onset_s
     for lane in range(3):

@@ -6,10 +6,10 @@
     pitch and yaw 2 atan2(|2a×σ|, √((1 − σᵀσ)² + (2aᵀσ)²)), roll 2 atan2(|2aᵀσ|, 1 − σᵀσ)
     pitch and yaw rate |a×Rᵀω|, roll rate |aᵀRᵀω|
 
-a: docking axis, δ/|δ|; s: place of the docking interface, from the pursuer's centre of mass, in P; p: place of the interface, from
-where it is when docked; d: `distance_m`; c: `reach_m`. Speeds are those that an observer on the turning target sees. The angle of
-pitch and yaw is that between the two docking axes, the angle of roll is the rotation about a that remains (swing and twist: P. Dobrowolski,
-"Swing-twist decomposition in Clifford algebra", 2015, arXiv:1506.05481).
+a: docking axis, δ/|δ|; s: place of the docking interface, from the pursuer's centre of mass, in P; p: place of the interface,
+from where it is when docked; d: `distance_m`; c: `radius_m`. Speeds are those that an observer on the turning target sees. The
+angle of pitch and yaw is that between the two docking axes, the angle of roll is the rotation about a that remains (swing and
+twist: P. Dobrowolski, "Swing-twist decomposition in Clifford algebra", 2015, arXiv:1506.05481).
 
 The flight goes on after the contact: nothing is pushed or latched. Between the two steps around the contact every value is
 interpolated linearly. Without a contact the time is infinite and every other value is not a number (NaN), which complies with no
@@ -40,13 +40,15 @@ class Parameters(Model):
 
     EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
         {"interface_m": [-1.2, 0, 0]},
-        {"distance_m": 0.02, "reach_m": 0.5},
+        {"distance_m": 0.02, "radius_m": 0.5},
     )
 
     distance_m: Quantity = scalar(
         "m", default=0.05, at_least=0.0, doc="axial distance d of the interface from its docked place at contact"
     )
-    reach_m: Quantity = scalar("m", default=1.0, above=0.0, doc="largest distance c from the docking axis that is a contact")
+    radius_m: Quantity = scalar(
+        "m", default=1.0, above=0.0, doc="radius c of the port: farther from the docking axis is no contact"
+    )
     interface_m: Quantity = vector(
         "m", default=0.0, doc="place s of the docking interface from the pursuer's centre of mass, in the pursuer's frame"
     )
@@ -88,7 +90,7 @@ def update(acc: Contact, step: Step, weight: Scalar, context: MetricContext) -> 
     fell = (acc.axial > distance) & (axial <= distance)
     share = jnp.where(fell, acc.axial - distance, 0.0) / jnp.where(fell, acc.axial - axial, 1.0)
     between = Arrival(*(old + share * (new - old) for old, new in zip(acc.before, now, strict=True)))
-    first = fell & (between.lateral <= context.numbers.reach_m) & (acc.time == jnp.inf)
+    first = fell & (between.lateral <= context.numbers.radius_m) & (acc.time == jnp.inf)
     time = jnp.maximum(step.t - (1.0 - share) * context.step_s, 0.0)
     at = Arrival(*(jnp.where(first, new, old) for old, new in zip(acc.at, between, strict=True)))
     return Contact(axial, now, jnp.where(first, time, acc.time), at)

@@ -3,11 +3,15 @@
     bound ≤ min ∫ |a| dt   from the pursuer's state at t = 0 to the docking point with its velocity at the end
     Δ(0), Δ̇(0) of the flight,   Δ(T) = δ,   Δ̇(T) = ω_t×δ
 
-Δ: pursuer's centre of mass from the target's; the thrust of the minimum is unlimited in size and direction, its time is the duration T
-of the flight, and the motion is the linearised one about the target's orbit, whose eccentricity is arbitrary. Bound and method:
-`rvjax.physics.primer` (primer vector; D. Lawden, "Optimal trajectories for space navigation", 1963). The bound is that of a
-flight which arrives: a flight that does not end at the docking point may use less. Disturbances may help or hinder. What the
-linearisation leaves out is of the size 3/2 n² d²/r T, d: largest distance, n: mean motion: 1e-6 m/s for 100 m and 300 s.
+Δ: pursuer's centre of mass from the target's. The thrust of the minimum is unlimited in size and direction, its time is the
+duration T of the flight, and the motion is the linearised one about the target's orbit of any eccentricity. The bound is
+cᵀb / max |P(t)c| for the best c that 17 Newton steps come to (primer vector: D. Lawden, "Optimal trajectories for space
+navigation", 1963). It lies at most 4 %, in the median 0.2 %, below the minimum, tried on 54 transfers of 300 to 20,000 s on
+orbits of e = 0 to 0.6.
+
+The bound is that of a flight which arrives: a flight that does not end at the docking point may use less. Disturbances may help
+or hinder. What the linearisation leaves out is of the size 3/2 n² d²/r T, d: largest distance, n: mean motion, r: radius of the
+orbit: 1e-6 m/s for 100 m and 300 s.
 
 The Δv that is compared is `delta_v_m_s`. A flight that begins where it must end has the bound 0.
 """

@@ -3,15 +3,15 @@
     c = min |Δ(t + s)| − r   over 0 ≤ s ≤ H and over the instants t = 0, T, 2T, … with |Δ(t)| > r
     Δ̈ = g(r_t + Δ) − g(r_t),   r̈_t = g(r_t)                                   from Δ(t), Δ̇(t)
 
-Δ: pursuer's centre of mass from the target's; r: `radius_m`; H: `horizon_s`; T: `every_s`. The free drift is that of two bodies
-about the Earth, without thrust and disturbances, integrated by RK4 with the step `drift_step_s`. Between two of its steps |Δ|² is the
+Δ: pursuer's centre of mass from the target's; r: `radius_m`; H: `coast_s`; T: `every_s`. The free drift is that of two bodies
+about the Earth, without thrust and disturbances, integrated by RK4 in steps of `drift_step_s`. Between two of them |Δ|² is the
 cubic through its values and slopes at both (Hermite). Instants at which the pursuer is inside the ball do not count: a docking
 flight must end there. c < 0: at some instant free drift leads into the ball. The unsafe time is the time of the flight that such
 instants stand for, each for the time until the next.
 
 `from: fault` counts only instants from the onset of the last fault on; without a fault the clearance is ∞ and the unsafe time 0.
-Steps of 60 s err by 5e-6 of the largest distance after an orbit of 95 minutes and by 3e-4 after a day, steps of 30 s by 3e-7 and 1e-5;
-the smallest distance errs by millimetres at walking speed. W. Fehse, "Automated rendezvous and docking of spacecraft",
+Steps of 60 s err by 5e-6 of the largest distance after an orbit of 95 minutes and by 3e-4 after a day, steps of 30 s by 3e-7 and
+1e-5; the smallest distance errs by some millimetres at 0.1 m/s. W. Fehse, "Automated rendezvous and docking of spacecraft",
 2003, ch. 4, on trajectories that are safe without thrust.
 """
 
@@ -43,12 +43,12 @@ class Parameters(Model):
     """The ball, how far the drift is followed, and at which instants it begins."""
 
     EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
-        {"radius_m": 200, "horizon_s": 5400, "every_s": 30},
+        {"radius_m": 200, "coast_s": 5400, "every_s": 30},
         {"radius_m": 10, "from": "fault"},
     )
 
     radius_m: Quantity = scalar("m", above=0.0, doc="radius r of the keep-out ball around the target's centre of mass")
-    horizon_s: float = number("s", default=5400.0, above=0.0, doc="time H of free drift")
+    coast_s: float = number("s", default=5400.0, above=0.0, doc="time H of free drift")
     every_s: float = number("s", default=10.0, above=0.0, doc="time T between two instants, a whole number of steps")
     drift_step_s: float = number("s", default=60.0, above=0.0, doc="longest step of the integration of the drift")
     since: Literal["start", "fault"] = option(
@@ -58,12 +58,12 @@ class Parameters(Model):
     @property
     def steps(self) -> int:
         """Of a drift."""
-        return max(math.ceil(self.horizon_s / self.drift_step_s - 1e-9), 1)
+        return max(math.ceil(self.coast_s / self.drift_step_s - 1e-9), 1)
 
     @model_validator(mode="after")
     def _not_too_many(self) -> Parameters:
-        if self.horizon_s / self.drift_step_s > MOST_STEPS:
-            accepted = f"accepted: at least {exact(self.horizon_s / MOST_STEPS)} s, for {MOST_STEPS} steps at most"
+        if self.coast_s / self.drift_step_s > MOST_STEPS:
+            accepted = f"accepted: at least {exact(self.coast_s / MOST_STEPS)} s, for {MOST_STEPS} steps at most"
             refuse(Problem(f"{exact(self.drift_step_s)} s is too short", accepted, ("drift_step_s",)))
         return self
 
@@ -77,7 +77,7 @@ class Safety(NamedTuple):
 
 def build(parameters: Parameters) -> Metric:
     """The metric with its numbers of steps."""
-    steps, length = parameters.steps, parameters.horizon_s / parameters.steps
+    steps, length = parameters.steps, parameters.coast_s / parameters.steps
 
     def start(context: MetricContext) -> Safety:
         zero = context.duration_s * 0.0
