@@ -22,6 +22,17 @@ def test_bad_file(path: Path) -> None:
     check_refused(path, validated)
 
 
+def test_a_step_twice_as_long_is_another_program_where_something_has_a_period(tmp_path: Path) -> None:
+    """A discrete-time controller acts every n steps, and n is compiled. Kills: a program that is shared with the campaign of
+    another step."""
+    path = tmp_path / "campaign.yaml"
+    path.write_text((Path(__file__).parent / "bad" / "metric-without-a-radius.yaml").read_text().partition("metrics:")[0])
+    same, other = (load(path, [f"horizon.step_s={h}"]).structure for h in (0.05, 0.1))
+    assert same == other
+    path.write_text(path.read_text().replace("pd-plus", "lqr-kalman"))
+    assert load(path, ["horizon.step_s=0.05"]).structure != load(path, ["horizon.step_s=0.1"]).structure
+
+
 def test_mistakes_of_the_file_and_of_its_components_come_together(tmp_path: Path) -> None:
     """Kills: stopping at the first half of the validation."""
     text = (

@@ -63,7 +63,7 @@ MUTANTS = (
     ),
     Mutant("every step", "simulation/flight.py", "if metric.every == 1:", "if True:", LOOKED),
     Mutant("instants off by a step", "simulation/flight.py", "k % metric.every == 0", "k % metric.every == 1", LOOKED),
-    Mutant("one program for all steps", "campaign/model.py", '"periods": periods}', '"periods": ()}', STEPS),
+    Mutant("one program for all steps", "campaign/model.py", '"periods": periods,', '"periods": (),', STEPS),
     # the lower bound on Δv
     Mutant("sign of ṗᵀΔ", PRIMER, "p * v - (rate / time) * d", "p * v + (rate / time) * d", BEST),
     Mutant(

@@ -13,7 +13,8 @@ The bound is that of a flight which arrives: a flight that does not end at the d
 or hinder. What the linearisation leaves out is of the size 3/2 n² d²/r T, d: largest distance, n: mean motion, r: radius of the
 orbit: 1e-6 m/s for 100 m and 300 s.
 
-The Δv that is compared is `delta_v_m_s`. A flight that begins where it must end has the bound 0.
+The Δv that is compared is `delta_v_m_s`, in which actuators that push against each other, or at right angles, add up. A flight
+that begins where it must end has the bound 0.
 """
 
 from __future__ import annotations
