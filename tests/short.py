@@ -1,10 +1,14 @@
-"""A campaign short enough for tests: 40 samples of the quickstart campaign, 20 s each, every one captured at once."""
+"""A campaign short enough for tests: 40 samples of tests/short.yaml, 20 s each, every one captured at once."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "quickstart.yaml"
+CAMPAIGN = Path(__file__).with_suffix(".yaml")
+
+SHIPPED = Path(__file__).parents[1] / "campaigns"
+"""The folder of the shipped campaigns."""
+
 SHORT = (
     "samples=40",
     "horizon.duration_s=20",

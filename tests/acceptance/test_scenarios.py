@@ -9,9 +9,9 @@ from scipy import stats
 from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import load
-from tests.short import CAMPAIGN
+from tests.short import SHIPPED
 
-RUNAWAY = CAMPAIGN.parent / "nussbaum-runaway.yaml"
+RUNAWAY = SHIPPED / "nussbaum-runaway.yaml"
 DOCUMENTED = 0.996
 """2,040 of 2,048: the share of the shaped law's flights that has to be captured."""
 

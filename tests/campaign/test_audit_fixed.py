@@ -22,9 +22,9 @@ from rvjax.simulation.effect import refused, silent, warnings
 from rvjax.simulation.problem import Problem, load
 from tests.campaign.dead_inputs import BASE, DEAD, LINES, UNIX
 from tests.program import Run
-from tests.short import CAMPAIGN
+from tests.short import SHIPPED
 
-CAMPAIGNS = sorted(CAMPAIGN.parent.glob("**/*.yaml"))
+CAMPAIGNS = sorted(SHIPPED.glob("**/*.yaml"))
 
 
 MORE_DEAD = {
@@ -102,7 +102,7 @@ def test_a_window_without_a_step_is_refused(campaign: Path, margin: str) -> None
         load(campaign, [f"margins={{calm: {{always: {{signal: speed_m_s, below: 1, {margin}}}}}}}", "audit.allow=[margins]"])
 
 
-@pytest.mark.parametrize("path", CAMPAIGNS, ids=[str(path.relative_to(CAMPAIGN.parent)) for path in CAMPAIGNS])
+@pytest.mark.parametrize("path", CAMPAIGNS, ids=[str(path.relative_to(SHIPPED)) for path in CAMPAIGNS])
 def test_every_campaign_of_this_repository_passes(path: Path) -> None:
     """Nothing of them needs a probe flight: all their components have draws. Kills: a check that refuses what is sound."""
     problem = load(path)

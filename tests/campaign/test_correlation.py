@@ -16,7 +16,7 @@ from rvjax.components.samplers.copula import cholesky
 from rvjax.errors import CampaignError
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import load
-from tests.short import CAMPAIGN
+from tests.short import CAMPAIGN, SHIPPED
 
 ALPHA = 1e-6
 MASS, MOMENT, ONSET = "pursuer.mass_kg", "pursuer.inertia_kgm2.moments.x", "faults.bias.onset_s.fx"
@@ -109,7 +109,7 @@ def test_the_factor_is_that_of_the_matrix() -> None:
     assert normal_correlation(((1.0, 0.5), (0.5, 1.0)))[0] == (1.0, pytest.approx(0.5176380902050415, rel=1e-15))
 
 
-@pytest.mark.parametrize("campaign", sorted(CAMPAIGN.parent.glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("campaign", sorted(SHIPPED.glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_variables_are_what_is_drawn(campaign: object) -> None:
     """Kills a draw that the names of a campaign cannot reach, and a name of a draw that there is not."""
     problem = load(campaign)

@@ -142,7 +142,7 @@ def test_the_program_tells_the_service(rvjax: Run, tmp_path: Path, monkeypatch: 
     assert code == 1
     assert "::error" in err
     assert "::error" not in out
-    assert (tmp_path / "summary.md").read_text().count("### quickstart: 1 PASS, 1 FAIL, 1 UNDECIDED") == 2
+    assert (tmp_path / "summary.md").read_text().count("### short: 1 PASS, 1 FAIL, 1 UNDECIDED") == 2
     code, out, err = rvjax("check", tmp_path / "run", "--samples", 3)
     assert code == 2
     assert "a run folder is judged without flying" in err

@@ -106,7 +106,7 @@ def test_a_second_interrupt_leaves_the_first_junit_xml(tmp_path: Path, rvjax: Ru
     ends(monkeypatch, raises(KeyboardInterrupt()))
     path = tmp_path / "verdicts.xml"
     assert rvjax("check", CAMPAIGN, "--out", tmp_path / "run", "--junit-xml", path)[0] == 130
-    assert suite(path)[0] == "quickstart"
+    assert suite(path)[0] == "short"
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,7 @@ def test_each_requirement_is_an_item_with_its_own_outcome(project: Path) -> None
     (folder,) = (path for path in out.iterdir() if path.is_dir())
     assert folder.name == folder_name(project / "ci" / "short.yaml")
     assert said.count(f"rvjax replay {folder} --sample ") == 2
-    assert (project / "s.md").read_text().count("### quickstart: 1 PASS, 1 FAIL, 1 UNDECIDED") == 1
+    assert (project / "s.md").read_text().count("### short: 1 PASS, 1 FAIL, 1 UNDECIDED") == 1
     assert said.count("\n::error file=ci/short.yaml,line=") == 1
     assert said.count("\n::warning file=ci/short.yaml,line=") == 1
     session = json.loads((out / f"{folder.name}.json").read_text())["session"]

@@ -16,7 +16,7 @@ from rvjax.campaign.source import read
 from rvjax.cli import COMMANDS, _completion
 from rvjax.components import manual
 from tests.program import Run
-from tests.short import CAMPAIGN
+from tests.short import CAMPAIGN, SHIPPED
 
 
 def test_topics_are_those_of_explain() -> None:
@@ -29,7 +29,7 @@ def test_topics_are_those_of_explain() -> None:
 
 def test_places_of_set_are_those_of_the_campaign(tmp_path: Path) -> None:
     """Each place exists for `--set`. Kills: a place in a list by a number that moves, a place that `--set` does not know."""
-    for file in (CAMPAIGN, *sorted((CAMPAIGN.parent / "ci").glob("*.yaml"))):
+    for file in (CAMPAIGN, *sorted((SHIPPED / "ci").glob("*.yaml"))):
         places = [*_completion._paths(_completion._value(file))]
         assert len(places) >= 20
         value = read(file).value

@@ -19,7 +19,7 @@ from rvjax.cli import COMMANDS, _app
 from rvjax.components import manual
 from rvjax.run_folder import RunFolder
 from tests.program import Run
-from tests.short import CAMPAIGN, SHORT
+from tests.short import CAMPAIGN, SHIPPED, SHORT
 from tests.spec.corpus import bad_files
 
 QUICK = [part for one in (*SHORT, "controller={use: pd-plus}") for part in ("--set", one)]
@@ -172,7 +172,7 @@ def test_init_gives_a_campaign_that_is_valid(rvjax: Run, tmp_path: Path) -> None
 
 
 def test_shipped_campaigns_are_valid(rvjax: Run) -> None:
-    code, out, _ = rvjax("validate", *sorted(CAMPAIGN.parent.glob("*.yaml")), "--json")
+    code, out, _ = rvjax("validate", *sorted(SHIPPED.glob("*.yaml")), "--json")
     assert code == 0
     assert {Path(name).stem for name in json.loads(out)} >= {
         "quickstart", "docking-nominal", "docking-faulted", "nussbaum-runaway", "envelope",

@@ -35,7 +35,7 @@ from rvjax.simulation.problem import load
 from rvjax.simulation.tables import trace_tables
 from tests import flights
 from tests.oracles.absolute import columns
-from tests.short import CAMPAIGN
+from tests.short import CAMPAIGN, SHIPPED
 
 Array = NDArray[np.float64]
 
@@ -235,7 +235,7 @@ def test_the_last_thrust_lasts_to_the_end_of_its_step() -> None:
     assert trace["nu_x_m_s"].iloc[-1] == pytest.approx(expected, abs=4e-6)
 
 
-THRUSTERS = CAMPAIGN.parent / "thrusters.yaml"
+THRUSTERS = SHIPPED / "thrusters.yaml"
 HELD = (
     "horizon={duration_s: 20, step_s: 0.05, control_period_s: 0.05}",
     "capture={window_s: 5}",

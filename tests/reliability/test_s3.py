@@ -17,7 +17,7 @@ from rvjax.run_folder import RunFolder
 from tests.program import Run
 from tests.reliability.nursery import Nursery
 from tests.reliability.plain import PLAIN, proved
-from tests.short import CAMPAIGN, SHORT
+from tests.short import CAMPAIGN, SHIPPED, SHORT
 
 if lacking("fsspec", "s3fs"):
     pytest.skip("run folders in object stores need rvjax[cloud]", allow_module_level=True)
@@ -133,7 +133,7 @@ def test_a_place_that_cannot_be_written(rvjax: Run, monkeypatch: pytest.MonkeyPa
         assert words in err
         assert "Traceback" not in err
     assert rvjax("check", "s3://runs/nothing")[0] == 5
-    code, _, err = rvjax("tune", CAMPAIGN.parent / "tuning" / "pd-plus.yaml", "--out", "s3://runs/tune")
+    code, _, err = rvjax("tune", SHIPPED / "tuning" / "pd-plus.yaml", "--out", "s3://runs/tune")
     assert (code, "s3://runs/tune: this command writes to a folder of this machine" in err) == (2, True), err
     for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"):
         monkeypatch.delenv(name)

@@ -2,13 +2,13 @@
 
     clearance = min over the steps of  max over n of min(s_k(n), s_{k+1}(n)) − A h²/8           (`rvjax.physics.hulls`)
     A = 2 max(a_k, a_{k+1})
-    a = (|u_f| + |f|)/m + 2μ|x|/|r_t|³ + 2|ω_t||v| + (|ω_t|² + |ω̇_t|)|x| + ℓ(|ω|² + α)
+    a = (|u_f| + |f|)/m + 2μ|x|/|r_t|³ + 2|ω_t||v| + (|ω_t|² + |ω̇_t|)|x| + l(|ω|² + α)
     α = tr J⁻¹ (|u_τ| + |c||u_f| + |τ| + tr J |Ω|²) + |ω||ω_t| + |ω̇_t|
 
 a: a bound of the acceleration of every point of the pursuer's hull in the target's frame T at an instant, from the equations of
 motion (`rvjax.physics.dynamics`). x, v: place from the target's centre of mass and velocity, in T; f, τ: total wrench on the
 centre of mass c (actuators, disturbances, effects); u: limits of the actuators, so that they may do anything within a step;
-ℓ: largest distance of the hull from the centre of mass. A bounds the acceleration within a step as long as a grows there to no
+l: largest distance of the hull from the centre of mass. A bounds the acceleration within a step as long as a grows there to no
 more than twice its larger value at the two ends.
 
 A sample whose clearance is not above 0 is counted as collided: the hulls met, or the bound cannot exclude it. The flight goes on
