@@ -47,7 +47,7 @@ def _named(run: Run, name: str) -> Cell:
 
 def _reading(run: Run) -> str:
     interval = run.design.words(f"; the interval has {percent(CONFIDENCE)} confidence ({_method(run)}, n = {count(run.flown)})")
-    return f"The stated share of samples is no worse than the value{interval}. A not finite sample counts as the worst value."
+    return f"The stated share of samples is no worse than the value{interval}. {run.lost} counts as the worst value."
 
 
 def _method(run: Run) -> str:

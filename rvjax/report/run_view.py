@@ -75,6 +75,12 @@ class Run:
         """A sentence for captions if `head` does not hold all samples; otherwise empty."""
         return f" Of the first {count(len(self.head))} samples." if len(self.head) < self.flown else ""
 
+    @property
+    def lost(self) -> str:
+        """What counts as the worst value of a metric, as the subject of a sentence."""
+        collided = "collided (but in metrics of safety) or " if self.account.collided else ""
+        return f"A {collided}not finite sample"
+
     def metrics(self, pattern: str) -> list[str]:
         """Names of the metrics (without `metric.`) that fully match a regular expression, in column order."""
         return [name for name in self.totals.metrics if re.fullmatch(pattern, name)]

@@ -117,4 +117,18 @@ MUTANTS = (
         '"collided": 2, "not_settled": 1',
         "stats/test_totals.py::test_worst_rows_are_those_of_a_full_sort",
     ),
+    Mutant(
+        "the speeds of all samples",
+        "report/sections/safety.py",
+        "for back in (collided - 1, collided // 2, 0))",
+        "for back in (speeds.n - 1, speeds.n // 2, 0))",
+        "report/test_safety.py::test_the_numbers_of_the_section",
+    ),
+    Mutant(
+        "a section on safety in every report",
+        "report/sections/safety.py",
+        "    if not measured:\n        return None\n",
+        "",
+        "report/test_safety.py::test_the_section_is_there_where_there_is_something_to_say",
+    ),
 )

@@ -12,10 +12,12 @@ import pandas as pd
 import pytest
 
 from rvjax.analysis import run_totals as module
+from rvjax.analysis.ledger import Ledger
 from rvjax.analysis.run_totals import AT_ONCE, HEAD, Totals, wanted, worst_first
 from rvjax.campaign import Keep
 from rvjax.columns import Column
 from rvjax.errors import FolderError
+from rvjax.run_folder.named_arrays import Record
 from rvjax.stats.quantile_sketch import EXACT, RELATIVE_ERROR
 
 SIZE, CHUNKS = 200, 100
@@ -155,6 +157,17 @@ def test_counts_and_ends_are_those_of_the_table(whole: Totals) -> None:
     times = np.sort(TABLE.loc[TABLE["outcome"] == "not_finite", "outcome_time_s"])
     assert [whole.lost.value(rank) for rank in range(whole.lost.n)] == times.tolist()
     assert whole.failed.tolist() == TABLE.loc[TABLE["outcome"] != "captured", "sample"].tolist()
+
+
+def test_totals_from_before_there_were_collisions_are_read() -> None:
+    """Their record counts three outcomes. Kills: an outcome that every record must have."""
+    record = Ledger.of(folded([0, 1]).record().part("ledger")).record()
+    counts = {name: count for name, count in record.document["counts"].items() if name != "collided"}
+    lost = record.document["counts"]["collided"]
+    counts["not_settled"] += lost
+    old = Ledger.of(Record({**record.document, "counts": counts}, record.arrays))
+    account = old.account(2 * SIZE)
+    assert (account.collided, account.not_settled, account.missing) == (0, counts["not_settled"], 0)
 
 
 def test_a_flight_lost_at_no_known_time_was_lost_last() -> None:

@@ -71,7 +71,7 @@ def of_mean(requirement: Requirement, bound: Bound, mean: Estimate, unit: str, *
         f"it must be {bound.side} {number(bound.value, unit)}."
     )
     if lost:
-        text += f" Not finite samples ({lost}) count as the worst value."
+        text += f" Samples without a value ({lost}) count as the worst value."
     if outside and requirement.range is not None:
         ends = " to ".join(number(end, unit) for end in requirement.range)
         text += (

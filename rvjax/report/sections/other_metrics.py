@@ -5,6 +5,7 @@ from __future__ import annotations
 from rvjax.report.blocks import Section
 from rvjax.report.metric_tables import quantiles
 from rvjax.report.run_view import Run
+from rvjax.report.sections import safety
 
 _ELSEWHERE = (
     r"captured|.*settling_time_s|fault_recovery_s|(final|window)_.*error.*|saturation_duty\..*|longest_saturated_s\..*"
@@ -14,7 +15,7 @@ _ELSEWHERE = (
 
 def section(run: Run) -> Section:
     """Quantiles of effort, approach and all further metrics of the campaign."""
-    elsewhere = set(run.metrics(_ELSEWHERE))
+    elsewhere = set(run.metrics(_ELSEWHERE)) | {*safety.shown(run)}
     names = [name for name in run.metrics(".*") if name not in elsewhere]
     title = "Effort, approach and other metrics"
     if not names:

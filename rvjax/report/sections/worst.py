@@ -23,10 +23,11 @@ def section(run: Run) -> Section:
     rows = range(min(SHOWN, run.flown))
     names = [name for name in _METRICS if run.metrics(name.replace(".", r"\."))]
     drawn = _drawn(run)
+    collided = " then collided ones, by time of collision;" if run.account.collided else ""
     caption = (
-        "Order: not finite samples first, by time of divergence; then not settled ones, by largest position error over the "
-        "closing window; then captured ones, by settling time. Most extreme draws: those with the rank furthest from the median; "
-        "p99 means larger than in 99 % of the samples. With many draws, some are extreme by chance in every sample."
+        f"Order: not finite samples first, by time of divergence;{collided} then not settled ones, by largest position error "
+        "over the closing window; then captured ones, by settling time. Most extreme draws: those with the rank furthest from "
+        "the median; p99 means larger than in 99 % of the samples. With many draws, some are extreme by chance in every sample."
         + run.head_note
     )
     head = ("sample", "outcome", *(label(name) for name in names), "most extreme draws")
