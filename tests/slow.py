@@ -13,6 +13,7 @@ SLOW = frozenset(
         "campaign/test_audit_fixed.py::test_a_warning_is_on_stderr_and_in_the_report",
         "campaign/test_audit_fixed.py::test_what_changes_no_flight_is_named_and_can_be_allowed",
         "campaign/test_nominal_body.py::test_a_scaled_plant_makes_the_same_motion[saturated-adaptive]",
+        "campaign/test_start.py::test_a_folder_is_flown_and_resumed",
         "ci/test_compare.py::test_a_margin_is_missed_as_seldom_as_promised",
         "ci/test_pytest_plugin.py::test_an_output_folder_that_exists_is_not_the_root",
         "ci/test_pytest_plugin.py::test_each_requirement_is_an_item_with_its_own_outcome",

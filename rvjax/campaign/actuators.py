@@ -7,16 +7,17 @@ from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, ValidationError, ValidationInfo, WithJsonSchema, field_validator, model_validator
+from pydantic import BeforeValidator, ValidationError, ValidationInfo, model_validator
 
 from rvjax.campaign.choice import Choice, OneChoice
 from rvjax.campaign.distributions import Fixed
 from rvjax.campaign.fields import Model, channels, number, option, part, scalar
-from rvjax.campaign.plain_values import exact, is_list, is_mapping, is_number
-from rvjax.campaign.problems import Problem, refuse, unexpected
+from rvjax.campaign.plain_values import exact, is_mapping
+from rvjax.campaign.problems import Problem, refuse
 from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.short_choices import ALLOCATION
 from rvjax.campaign.thruster_layout import FEWEST, LAYOUTS, MOST, Layout, Margin, limits, margins, rank
+from rvjax.campaign.triples import Direction, Triple
 from rvjax.columns import CHANNELS
 from rvjax.elementary import length
 
@@ -44,32 +45,14 @@ class Actuators(Model):
         yield from ((prefix + name, quantity) for name, quantity in limits.items())
 
 
-def _triple(raw: Any) -> tuple[float, float, float]:
-    if not is_list(raw) or len(raw) != 3 or not all(is_number(item) for item in raw):
-        refuse(unexpected(raw, "accepted: a list of 3 numbers"))
-    x, y, z = map(float, raw)
-    return x, y, z
-
-
-_TRIPLE = WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3})
-Triple = Annotated[tuple[float, float, float], BeforeValidator(_triple), _TRIPLE]
-
-
 class Thruster(Model):
     """One thruster: it pushes the spacecraft at `at_m` along `along`, between nothing and `max_N`."""
 
     EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"at_m": [0.5, 0.5, 0], "along": [-1, 0, 0], "max_N": 2},)
 
     at_m: Triple = option(doc="place from the reference point, in the pursuer's frame [m]")
-    along: Triple = option(doc="direction of the force on the spacecraft, of any length but 0")
+    along: Direction = option(doc="direction of the force on the spacecraft, of any length but 0")
     max_N: float = number("N", above=0.0, doc="largest thrust")
-
-    @field_validator("along")
-    @classmethod
-    def _direction(cls, along: Triple) -> Triple:
-        if not 1e-100 < length(*along) < 1e100:
-            refuse(Problem(f"the length is {exact(length(*along))}", "accepted: a direction of any other length"))
-        return along
 
 
 class Thrusters(Model):

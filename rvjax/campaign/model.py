@@ -28,7 +28,9 @@ from rvjax.campaign.python_files import PythonFile
 from rvjax.campaign.quantity import Quantity
 from rvjax.campaign.requirement import Requirement
 from rvjax.campaign.source import Source, read
+from rvjax.campaign.start import AnyStart, FramedStart, StartOfEitherForm
 from rvjax.campaign.trace_retention import Keep
+from rvjax.campaign.triples import MaybeDirection
 from rvjax.campaign.tuning import Tuning
 from rvjax.errors import CampaignError, Finding
 
@@ -64,9 +66,18 @@ class Target(Model):
     )
     rate_rad_s: Quantity = vector("rad/s", key="rate_deg_s", default=0.0, doc="inertial rate of the target in its frame at t = 0")
     port_m: Quantity = vector("m", default=0.0, doc="docking point in the target's frame")
+    port_axis: MaybeDirection = option(
+        default=None,
+        doc="direction of the docking axis, outward, in the target's frame, of any length but 0; default: that of port_m",
+    )
     inertia_kgm2: Inertia = part(default={"principal": [500, 550, 600]}, doc="inertia of the target")
     hull: Hull | None = part(default=None, doc="hull of the target; with pursuer.hull a contact is the outcome `collided`")
     keep_out: KeepOut | None = part(default=None, doc="zone about the target that is entered through the corridor only")
+
+    @property
+    def has_docking_axis(self) -> bool:
+        """Whether its docking axis is given, or the docking point is not its origin in every sample."""
+        return self.port_axis is not None or self.port_m.largest_norm > 0.0
 
 
 class Pursuer(Model):
@@ -98,21 +109,6 @@ class Pursuer(Model):
         if propellant is not None and {"mass_kg", "inertia_kgm2", "centre_of_mass_m"} <= body.keys():
             check_propellant(body["inertia_kgm2"], body["mass_kg"], body["centre_of_mass_m"], propellant)
         return propellant
-
-
-class Start(Model):
-    """Relative motion at t = 0, in the pursuer's frame. omega_deg_s instead of omega_rad_s gives degrees per second."""
-
-    OTHER_UNITS: ClassVar[Mapping[str, str]] = {"omega_deg_s": "omega_rad_s"}
-
-    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"rho_m": [10, -5, 3]},)
-
-    rho_m: Quantity = vector("m", doc="position of the pursuer relative to the docking point")
-    sigma: Quantity = attitude(
-        default=0.0, doc="attitude of the pursuer relative to the target: MRP, quaternion or yaw_pitch_roll_deg"
-    )
-    nu_m_s: Quantity = vector("m/s", default=0.0, doc="relative velocity")
-    omega_rad_s: Quantity = vector("rad/s", default=0.0, doc="relative angular velocity")
 
 
 class Capture(Model):
@@ -161,7 +157,7 @@ class Spec(Model):
     horizon: Horizon = part(doc="duration and step")
     target: Target = part(default={}, doc="the body to dock with")
     pursuer: Pursuer = part(doc="the body that docks")
-    start: Start = part(doc="relative motion at t = 0")
+    start: StartOfEitherForm = part(doc="motion of the pursuer at t = 0, relative to the docking point or in a frame")
     actuators: AnyActuators = part(doc="limits of the six channels, or thrusters")
     saturation: Annotated[Choice, OneChoice()] = part(
         default={"use": "smooth-tanh"}, doc="how commands are limited to what the actuators can give"
@@ -226,6 +222,14 @@ class Spec(Model):
         if not NAME.fullmatch(name):
             refuse(unexpected(name, NAME_WORDS))
         return name
+
+    @field_validator("start")
+    @classmethod
+    def _in_a_frame_of_the_target(cls, start: AnyStart, info: ValidationInfo) -> AnyStart:
+        if isinstance(start, FramedStart) and "target" in info.data:
+            target: Target = info.data["target"]
+            start.check("orbit" in target.model_fields_set, target.has_docking_axis)
+        return start
 
     @field_validator("baselines")
     @classmethod

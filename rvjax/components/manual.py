@@ -45,6 +45,7 @@ CHAPTERS = {
     "margins": "simulation.temporal_margins",
     "signals": "simulation.signals",
     "attitude": "campaign.attitudes",
+    "frames": "simulation.start_frames",
     "inertia": "campaign.inertia",
     "csv": "campaign.csv_text",
     "parameters": "campaign.tuning_parameters",

@@ -122,7 +122,9 @@ def index() -> Mapping[str, list[Any]]:
 
 
 def _words() -> Iterator[tuple[str, str]]:
-    """(word inside a formula or a range of a tuning, chapter that defines it)."""
+    """(word inside a formula, a range of a tuning or a start, chapter that defines it)."""
+    for word in ("start", "frame", "relative_to", "lvlh"):
+        yield word, "frames"
     for word in (*TEMPORAL, *BOOLEAN, *WINDOW, *PREDICATE, "hold", "reach"):
         yield word, "margins"
     for word in re.findall(r"{(\w+):", FORMS):

@@ -7,21 +7,24 @@ by other formulas and from the columns of the table alone:
     J_C = J − m c^× (c^×)ᵀ,  c the centre of mass
     limit = nominal limit · spread,  largest thrust = nominal largest thrust · spread
     r = r(a, e, ν),  v = v(a, e, ν) in the perifocal frame, by vis-viva and the flight path angle; turned by the MRP as a matrix
+    start in a frame: axes of LVLH and its rate √(μp)/|r|² from the true anomaly, axes of the port by Rodrigues' formula; position
+    and velocity of the pursuer and of the docking point, both from the target's centre
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax.campaign import Quantity
+from rvjax.campaign import Model, Quantity
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.inertia import MatrixInertia, PrincipalInertia
 from rvjax.campaign.quantity import COMPONENTS
+from rvjax.campaign.start import FramedStart
 from rvjax.campaign.thruster_layout import thruster_names
 from rvjax.physics.dynamics import MU_EARTH
 from rvjax.physics.propellant import Propellant
@@ -135,6 +138,8 @@ def _derived(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBac
     for body, (inertia, inverse) in zip(bodies(spec), inertias, strict=True):
         yield from _body(draws, body, inertia, inverse)
     yield from _orbit(problem, draws, numbers)
+    if isinstance(spec.start, FramedStart):
+        yield from _start(problem, spec.start, draws, numbers)
     yield from _context(problem, draws, numbers)
 
 
@@ -206,11 +211,8 @@ def _matrix(symmetric: Any) -> Values:
 
 def _context(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
     """The docking axis and the last onset inside the flight, as the metrics get them."""
-    port = _by_table(draws, "target.port_m", problem.spec.target.port_m)
-    columns = tuple(column for _, *drawn in port for column in drawn)
-    vector = np.stack([value for value, *_ in port], axis=-1)
-    length = np.linalg.norm(vector, axis=-1, keepdims=True)
-    for row, inside in zip((vector / np.where(length > 0.0, length, 1.0)).T, numbers.context.axis.parts(), strict=True):
+    axis, columns = _docking_axis(problem, draws)
+    for row, inside in zip(axis.T, numbers.context.axis.parts(), strict=True):
         yield ReadBack(columns, row, inside, exact=False)
     onsets = [
         onset for part in problem.faults for onset in _by_table(draws, f"{part.prefix}.onset_s", part.quantities["onset_s"])
@@ -218,6 +220,22 @@ def _context(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBac
     inside = [np.where(x <= problem.spec.horizon.duration_s, x, -np.inf) for x, *_ in onsets]
     columns = tuple(column for _, *drawn in onsets for column in drawn)
     yield ReadBack(columns, np.max([draws.same(-np.inf), *inside], axis=0), numbers.context.last_onset_s)
+
+
+def _docking_axis(problem: Problem, draws: Draws) -> tuple[Values, tuple[str, ...]]:
+    """(n, 3) unit vectors in T, 0 where there is no axis, and the columns that they come from."""
+    target = problem.spec.target
+    vector, columns = _vector(draws, "target.port_m", target.port_m)
+    if target.port_axis is not None:
+        vector, columns = np.full(vector.shape, target.port_axis), ()
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return vector / np.where(length > 0.0, length, 1.0), columns
+
+
+def _vector(draws: Draws, name: str, quantity: Quantity) -> tuple[Values, tuple[str, ...]]:
+    """(n, 3) a vector by the table, and its columns."""
+    rows = _by_table(draws, name, quantity)
+    return np.stack([value for value, *_ in rows], axis=-1), tuple(column for _, *drawn in rows for column in drawn)
 
 
 def _rodrigues(axis: Values, angle: Values) -> Values:
@@ -241,26 +259,98 @@ def _from_mrp(sigma: Values) -> Values:
     return _rodrigues(axis, 4.0 * np.arctan(size))
 
 
-def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
+class _Orbit(NamedTuple):
+    """By the table: a, e, ν, R of the target's MRP, and the columns that they come from."""
+
+    semi_major_axis: Values
+    eccentricity: Values
+    anomaly: Values
+    turn: Values
+    columns: tuple[str, ...]
+
+    @property
+    def parameter(self) -> Values:
+        """p [m]."""
+        return self.semi_major_axis * (1.0 - self.eccentricity**2)
+
+    @property
+    def distance(self) -> Values:
+        """|r| [m]."""
+        return self.parameter / (1.0 + self.eccentricity * np.cos(self.anomaly))
+
+    def in_target(self, along: Values, across: Values, normal: Values) -> Values:
+        """(n, 3) components in T of a vector in the perifocal frame."""
+        return np.einsum("nij,nj->ni", self.turn, np.stack([along, across, normal], axis=-1))
+
+
+def _orbit_by_table(problem: Problem, draws: Draws) -> _Orbit:
     target = problem.spec.target
     elements = {
-        "semi_major_axis_m": _by_table(draws, "target.orbit.semi_major_axis_m", target.orbit.semi_major_axis_m)[0],
-        "eccentricity": _by_table(draws, "target.orbit.eccentricity", target.orbit.eccentricity)[0],
-        "true_anomaly_rad": _by_table(draws, "target.orbit.true_anomaly_rad", target.orbit.true_anomaly_rad)[0],
+        "semi_major_axis_m": target.orbit.semi_major_axis_m,
+        "eccentricity": target.orbit.eccentricity,
+        "true_anomaly_rad": target.orbit.true_anomaly_rad,
     }
-    mrp = _by_table(draws, "target.attitude_mrp", target.attitude_mrp)
-    columns = tuple(column for _, *drawn in (*elements.values(), *mrp) for column in drawn)
-    a, e, anomaly = (value for value, *_ in elements.values())
-    distance = a * (1.0 - e * e) / (1.0 + e * np.cos(anomaly))
-    speed = np.sqrt(MU_EARTH * (2.0 / distance - 1.0 / a))
+    rows = [_by_table(draws, f"target.orbit.{name}", quantity)[0] for name, quantity in elements.items()]
+    sigma, columns = _vector(draws, "target.attitude_mrp", target.attitude_mrp)
+    a, e, anomaly = (value for value, *_ in rows)
+    return _Orbit(a, e, anomaly, _from_mrp(sigma), (*(column for _, *drawn in rows for column in drawn), *columns))
+
+
+def _orbit(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
+    orbit = _orbit_by_table(problem, draws)
+    distance, anomaly, e = orbit.distance, orbit.anomaly, orbit.eccentricity
+    speed = np.sqrt(MU_EARTH * (2.0 / distance - 1.0 / orbit.semi_major_axis))
     climb = np.arctan2(e * np.sin(anomaly), 1.0 + e * np.cos(anomaly))
     ahead = anomaly + 0.5 * np.pi - climb
     flat = draws.same(0.0)
-    where = np.stack([distance * np.cos(anomaly), distance * np.sin(anomaly), flat], axis=-1)
-    motion = np.stack([speed * np.cos(ahead), speed * np.sin(ahead), flat], axis=-1)
-    sigma = np.stack([value for value, *_ in mrp], axis=-1)
-    turn = _from_mrp(sigma)
-    for vector, inside in ((where, numbers.target.r), (motion, numbers.target.v)):
-        expected = np.einsum("nij,nj->ni", turn, vector)
+    where = orbit.in_target(distance * np.cos(anomaly), distance * np.sin(anomaly), flat)
+    motion = orbit.in_target(speed * np.cos(ahead), speed * np.sin(ahead), flat)
+    for expected, inside in ((where, numbers.target.r), (motion, numbers.target.v)):
         for row, values in zip(expected.T, inside.parts(), strict=True):
-            yield ReadBack(columns, row, values, exact=False)
+            yield ReadBack(orbit.columns, row, values, exact=False)
+
+
+def _start(problem: Problem, start: FramedStart, draws: Draws, numbers: Drawn) -> Iterator[ReadBack]:
+    """R(σ), ρ, ν and ω of a start in a frame."""
+    orbit, motion = _orbit_by_table(problem, draws), numbers.motion
+    (position, velocity, attitude, rate), given = _vectors(draws, "start", start)
+    (spin, port), known = _vectors(draws, "target", problem.spec.target, "rate_rad_s", "port_m")
+    turn, axes = _start_axes(problem, start, draws, orbit, _from_mrp(attitude))
+    flat = draws.same(0.0)
+    orbital = orbit.in_target(flat, flat, np.sqrt(MU_EARTH * orbit.parameter) / orbit.distance**2)
+    rest = {"port": spin, "lvlh": orbital, "inertial": spin * 0.0}[start.rest]
+    place = np.einsum("nij,nj->ni", axes, position) + (0.0 if start.frame == "lvlh" else port)
+    speed = np.einsum("nij,nj->ni", axes, velocity) + np.cross(rest, place) - np.cross(spin, port)
+    about = (*known["port_m"], *orbit.columns, *given["attitude_mrp"])
+    placed, spun = (*about, *given["position_m"]), (*about, *known["rate_rad_s"])
+    seen = _from_mrp(np.stack(motion.sigma.parts(), axis=-1)).reshape(-1, 9)
+    for columns, expected, inside in (
+        (about, turn.reshape(-1, 9), tuple(seen.T)),
+        (placed, np.einsum("nij,nj->ni", turn, place - port), motion.rho.parts()),
+        ((*placed, *spun, *given["velocity_m_s"]), np.einsum("nij,nj->ni", turn, speed), motion.nu.parts()),
+        ((*spun, *given["rate_rad_s"]), rate + np.einsum("nij,nj->ni", turn, rest - spin), motion.omega.parts()),
+    ):
+        for row, values in zip(expected.T, inside, strict=True):
+            yield ReadBack(tuple(dict.fromkeys(columns)), row, values, exact=False)
+
+
+def _start_axes(problem: Problem, start: FramedStart, draws: Draws, orbit: _Orbit, turn: Values) -> tuple[Values, Values]:
+    """(n, 3, 3) R(σ), and the axes of the frame in T as columns. turn: R of the given attitude."""
+    if start.frame == "pursuer":
+        return turn, np.swapaxes(turn, 1, 2)
+    flat, cosine, sine = draws.same(0.0), np.cos(orbit.anomaly), np.sin(orbit.anomaly)
+    if start.frame == "lvlh":
+        rows = ((-sine, cosine, flat), (flat, flat, flat - 1.0), (-cosine, -sine, flat))
+        axes = np.stack([orbit.in_target(*row) for row in rows], axis=-1)
+        return turn @ np.swapaxes(axes, 1, 2), axes
+    axis, _ = _docking_axis(problem, draws)
+    beside = np.hypot(axis[:, 1], axis[:, 2])
+    about = np.stack([flat, -axis[:, 2], axis[:, 1]], axis=-1) / np.where(beside > 0.0, beside, 1.0)[:, None]
+    return turn, _rodrigues(np.where(beside[:, None] > 0.0, about, (0.0, 0.0, 1.0)), -np.arctan2(beside, axis[:, 0]))
+
+
+def _vectors(draws: Draws, section: str, model: Model, *names: str) -> tuple[list[Values], dict[str, tuple[str, ...]]]:
+    """Vectors by the table, and the columns of each by its name. names: of the section's quantities; by default all of them."""
+    chosen = {name: quantity for name, quantity in model.quantities().items() if not names or name in names}
+    read = {name: _vector(draws, f"{section}.{name}", quantity) for name, quantity in chosen.items()}
+    return [vector for vector, _ in read.values()], {name: columns for name, (_, columns) in read.items()}

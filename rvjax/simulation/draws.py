@@ -21,6 +21,7 @@ from rvjax.campaign import hulls as campaign_hulls
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.model import Corridor
 from rvjax.campaign.schedule import Schedule
+from rvjax.campaign.start import FramedStart
 from rvjax.columns import Column, draw_column
 from rvjax.components.metrics.interface import Funnel, MetricContext
 from rvjax.components.samplers.interface import Points
@@ -32,6 +33,7 @@ from rvjax.physics.vectors import Channels, Thrusts, Vector, inverse, rotate, ro
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.inertia import bodies
 from rvjax.simulation.problem import NEVER, Part, Problem
+from rvjax.simulation.start_frames import Given, docking_axis, start_motion
 from rvjax.stats.random_streams import uniforms
 
 Values = NDArray[np.float64]
@@ -161,30 +163,26 @@ class Draws:
 
 def _drawn(problem: Problem, draws: Draws) -> Drawn:
     spec = problem.spec
-    start = spec.start
     upper = draws.take("actuators.upper", spec.actuators.upper)
     lower = draws.take("actuators.lower", spec.actuators.lower)
     port = draws.take("target.port_m", spec.target.port_m)
     inertia, target_inertia = (body.drawn(draws.parts) for body in bodies(spec))
     faults = tuple(draws.numbers(part) for part in problem.faults)
+    plant = Plant(
+        mass=draws.take("pursuer.mass_kg", spec.pursuer.mass_kg),
+        inertia=inertia,
+        inertia_inverse=inverse(inertia),
+        **_true_limits(problem, draws, upper, lower),
+        target_inertia=target_inertia,
+        target_inertia_inverse=inverse(target_inertia),
+        port=port,
+        centre=draws.take("pursuer.centre_of_mass_m", spec.pursuer.centre_of_mass_m),
+    )
+    motion, target = _motions(problem, draws, port)
     return Drawn(
-        plant=Plant(
-            mass=draws.take("pursuer.mass_kg", spec.pursuer.mass_kg),
-            inertia=inertia,
-            inertia_inverse=inverse(inertia),
-            **_true_limits(problem, draws, upper, lower),
-            target_inertia=target_inertia,
-            target_inertia_inverse=inverse(target_inertia),
-            port=port,
-            centre=draws.take("pursuer.centre_of_mass_m", spec.pursuer.centre_of_mass_m),
-        ),
-        motion=Motion(
-            draws.take("start.rho_m", start.rho_m),
-            draws.take("start.nu_m_s", start.nu_m_s),
-            draws.take("start.sigma", start.sigma),
-            draws.take("start.omega_rad_s", start.omega_rad_s),
-        ),
-        target=_target(problem, draws),
+        plant=plant,
+        motion=motion,
+        target=target,
         upper=upper,
         lower=lower,
         faults=faults,
@@ -204,6 +202,28 @@ def _propellant(spec: Spec, draws: Draws) -> Propellant | tuple[()]:
         return ()
     values = {name: draws.take(f"pursuer.propellant.{name}", quantity) for name, quantity in given.quantities().items()}
     return Propellant(values["mass_kg"], values["specific_impulse_s"], values["tank_m"], values.get("torque_arm_m", ()))
+
+
+def _motions(problem: Problem, draws: Draws, port: Vector) -> tuple[Motion, TargetMotion]:
+    """The relative motion and the target at t = 0."""
+    start = problem.spec.start
+    if isinstance(start, FramedStart):
+        given = Given(
+            draws.take("start.position_m", start.position_m),
+            draws.take("start.velocity_m_s", start.velocity_m_s),
+            draws.take("start.attitude_mrp", start.attitude_mrp),
+            draws.take("start.rate_rad_s", start.rate_rad_s),
+        )
+        target = _target(problem, draws)
+        axis = docking_axis(problem.spec.target.port_axis, port)
+        return start_motion(start.frame, start.rest, given, target, port, axis), target
+    motion = Motion(
+        draws.take("start.rho_m", start.rho_m),
+        draws.take("start.nu_m_s", start.nu_m_s),
+        draws.take("start.sigma", start.sigma),
+        draws.take("start.omega_rad_s", start.omega_rad_s),
+    )
+    return motion, _target(problem, draws)
 
 
 def _true_limits(problem: Problem, draws: Draws, upper: Channels, lower: Channels) -> dict[str, Any]:
@@ -263,25 +283,25 @@ def _funnel(corridor: Corridor, draws: Draws) -> Funnel | tuple[()]:
 
 
 def _context(problem: Problem, draws: Draws, port: Vector, faults: tuple[Numbers, ...]) -> MetricContext:
-    """The context of the metrics. Without a docking axis (δ = 0) no position is outside the approach cone."""
+    """The context of the metrics. Without a docking axis (`docking_axis`) no position is outside the approach cone."""
     spec = problem.spec
     duration = spec.horizon.duration_s
     last = draws.same(-np.inf)
     for fault in faults:
         for onset in fault.onset_s.parts():
             last = np.where(onset <= duration, np.maximum(last, onset), last)
-    length = np.sqrt(sum(part * part for part in port.parts()))
+    axis, known = docking_axis(spec.target.port_axis, port)
     return MetricContext(
         tube_m=draws.same(spec.capture.position_m),
         tube_mrp=draws.same(spec.capture.attitude_mrp),
         window_start_s=draws.same(duration - spec.capture.window_s),
         duration_s=draws.same(duration),
         last_onset_s=last,
-        cone=np.where(length > 0.0, elementary.cos(spec.corridor.half_angle_rad), -2.0),
+        cone=np.where(known, elementary.cos(spec.corridor.half_angle_rad), -2.0),
         funnel=_funnel(spec.corridor, draws),
         hulls=_hulls(problem, draws),
         keep_out=() if spec.target.keep_out is None else draws.take("target.keep_out.radii_m", spec.target.keep_out.radii_m),
-        axis=port / np.where(length > 0.0, length, 1.0),
+        axis=axis,
         step_s=draws.same(spec.horizon.step_s),
         margins=tuple(map(draws.same, problem.margins)),
         chosen=tuple(draws.numbers(part) for part in problem.chosen),

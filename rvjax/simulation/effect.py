@@ -12,7 +12,7 @@ from rvjax.campaign.draw_names import covers
 from rvjax.campaign.plain_values import Place, exact
 from rvjax.campaign.problems import Problem as Wrong
 from rvjax.campaign.requirement import Condition
-from rvjax.components.effect import has, neutral_values
+from rvjax.components.effect import neutral_values
 from rvjax.components.faults import effect as faults
 from rvjax.components.faults.interface import FaultParameters
 from rvjax.errors import Finding
@@ -96,13 +96,14 @@ def _problems(problem: Problem, part: Part) -> Iterator[Wrong]:
 
 
 def _corridor(problem: Problem) -> Iterator[Wrong]:
-    """An approach cone has its axis through the docking point; without an offset from the target there is no axis."""
+    """Without target.port_axis the approach cone has its axis through the docking point; without an offset there is none."""
     source, target, spec = problem.spec.source, problem.spec.target, problem.spec
-    if has(target.port_m, 0.0):
+    if not target.has_docking_axis:
         places = [("corridor",)] * bool(source.value and source.value.get("corridor"))
         places += [("target", "keep_out")] * (target.keep_out is not None)
+        accepted = "accepted: another target.port_m, or a target.port_axis"
         for place in places:
-            yield Wrong("target.port_m is 0, so there is no docking axis", "accepted: another target.port_m", place)
+            yield Wrong("target.port_m is 0, so there is no docking axis", accepted, place)
     elif spec.corridor.length_m is not None and spec.corridor.length_m <= spec.capture.position_m:
         message = f"inside the capture tube of {exact(spec.capture.position_m)} m no time counts, and the corridor ends there"
         yield Wrong(message, "accepted: a length_m above capture.position_m, or none", ("corridor",))

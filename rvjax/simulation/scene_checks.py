@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.campaign import Quantity, Spec
-from rvjax.components.effect import has
+from rvjax.campaign.plain_values import Place
+from rvjax.campaign.start import AnyStart, FramedStart
 from rvjax.elementary import cos, tan
 from rvjax.errors import Finding
 from rvjax.physics.hulls import least_distance, pose
@@ -26,6 +27,7 @@ from rvjax.simulation.batch import LANES
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
+from rvjax.simulation.start_frames import port_axes
 from rvjax.simulation.start_zone import Starts, Zone, forbidden
 
 Values = NDArray[np.float64]
@@ -73,33 +75,64 @@ def _distance(drawn: Drawn, rho: Vector, sigma: Vector) -> Values:
 def _keep_out(problem: Problem, drawn: Drawn) -> Iterator[Finding]:
     """A start that can lie inside the zone and outside of the cone."""
     spec, finding = problem.spec, problem.spec.source.finding
-    target, start = spec.target, spec.start
-    if target.keep_out is None or has(target.port_m, 0.0):
+    target, place, position = spec.target, *_position(spec.start)
+    if target.keep_out is None or not target.has_docking_axis:
         return
     radii = target.keep_out.radii_m
-    given = {("target", "keep_out", "radii_m"): radii, ("target", "port_m"): target.port_m, ("start", "rho_m"): start.rho_m}
-    if endless := [place for place, quantity in given.items() if not np.all(np.isfinite(np.array(quantity.supports)))]:
+    given = {("target", "keep_out", "radii_m"): radii, ("target", "port_m"): target.port_m, place: position}
+    if endless := [key for key, quantity in given.items() if not np.all(np.isfinite(np.array(quantity.supports)))]:
         yield finding(
             endless[0], f"there are draws of any size: {BAD}", "accepted: laws with bounds; a truncated_normal has bounds"
         )
         return
-    most = np.array([high for _, high in radii.supports])
-    if start.rho_m.joint is not None or not start.sigma.is_fixed:
-        least, needed = _least_norm(start.rho_m), float(most.max()) + target.port_m.largest_norm
+    most, lvlh = (
+        np.array([high for _, high in radii.supports]),
+        isinstance(spec.start, FramedStart) and spec.start.frame == "lvlh",
+    )
+    if lvlh or position.joint is not None or not _direction_is_fixed(spec):
+        origin = "the target's centre of mass" if lvlh else "the docking point"
+        least, needed = _least_norm(position), float(most.max()) + (0.0 if lvlh else target.port_m.largest_norm)
         if least < needed:
-            message = f"the direction of the start is drawn, its distance from the docking point is {least:.4g} m or more: {BAD}"
-            accepted = f"accepted: a box of rho_m and a fixed sigma, or a distance of {needed:.4g} m or more in every draw"
-            yield finding(("start", "rho_m"), message, accepted)
+            message = (
+                f"seen from the target a start may be on any side, its distance from {origin} is {least:.4g} m or more: {BAD}"
+            )
+            accepted = f"accepted: a box in the frame of the port, or a distance of {needed:.4g} m or more in every draw"
+            yield finding(place, message, accepted)
         return
-    place = forbidden(_starts(start.rho_m, target.port_m, _turn(drawn)), _zone(spec, most))
-    if place is not None:
-        where = ", ".join(f"{x:.4g}" for x in place)
+    bad = forbidden(_starts(position, target.port_m, _turn(spec, drawn)), _zone(spec, most, drawn))
+    if bad is not None:
+        where = ", ".join(f"{x:.4g}" for x in bad)
         message = f"{BAD}, such as [{where}] m from the target's centre of mass, in its frame"
-        yield finding(("start", "rho_m"), message, "accepted: starts outside of the zone or inside the cone, in every draw")
+        yield finding(place, message, "accepted: starts outside of the zone or inside the cone, in every draw")
 
 
-def _turn(drawn: Drawn) -> Values:
-    """(3, 3) Rᵀ of the start, which is the same in every draw."""
+def _position(start: AnyStart) -> tuple[Place, Quantity]:
+    """Where the position of the start stands, and the position."""
+    if isinstance(start, FramedStart):
+        return ("start", "position_m"), start.position_m
+    return ("start", "rho_m"), start.rho_m
+
+
+def _direction_is_fixed(spec: Spec) -> bool:
+    """Whether the axes of the position are the same in T in every draw."""
+    start = spec.start
+    if isinstance(start, FramedStart):
+        return _axis_is_fixed(spec) if start.frame == "port" else start.attitude_mrp.is_fixed
+    return start.sigma.is_fixed
+
+
+def _axis_is_fixed(spec: Spec) -> bool:
+    """Whether the docking axis is the same in T in every draw."""
+    port = np.array(spec.target.port_m.supports)
+    along = np.sum(np.any(port != 0.0, axis=1)) == 1 and bool(np.all(port[:, 0] * port[:, 1] >= 0.0))
+    return spec.target.port_axis is not None or spec.target.port_m.is_fixed or along
+
+
+def _turn(spec: Spec, drawn: Drawn) -> Values:
+    """(3, 3) from the axes of the position to T; the same in every draw."""
+    if isinstance(spec.start, FramedStart) and spec.start.frame == "port":
+        axes = port_axes(drawn.context.axis)
+        return np.array([[np.ravel(part)[0] for part in row.parts()] for row in (axes.a, axes.b, axes.c)]).T
     r = rotation(drawn.motion.sigma)
     return np.array([[part[0] for part in row.parts()] for row in (r.a, r.b, r.c)]).T
 
@@ -121,11 +154,10 @@ def _starts(rho: Quantity, port: Quantity, turn: Values) -> Starts:
     return Starts(away + port_0, away, np.hstack([by_rho, by_port])[:, drawn], np.hstack([by_rho, still])[:, drawn])
 
 
-def _zone(spec: Spec, radii: Values) -> Zone:
-    """The zone with the largest semi-axes. Where the direction of the docking axis is drawn, no start is surely in the cone."""
-    corridor, port = spec.corridor, np.array(spec.target.port_m.supports)
-    middle = port.mean(axis=1)
-    certain = spec.target.port_m.is_fixed or (np.sum(np.any(port != 0.0, axis=1)) == 1 and np.all(port[:, 0] * port[:, 1] >= 0.0))
-    cosine = float(cos(corridor.half_angle_rad)) if certain else NO_CONE
+def _zone(spec: Spec, radii: Values, drawn: Drawn) -> Zone:
+    """The zone with the largest semi-axes. Where the docking axis is drawn, no start is surely in the cone."""
+    corridor = spec.corridor
+    cosine = float(cos(corridor.half_angle_rad)) if _axis_is_fixed(spec) else NO_CONE
     apex = corridor.radius_m / float(tan(corridor.half_angle_rad))
-    return Zone(radii, middle / (np.linalg.norm(middle) or 1.0), cosine, apex, spec.capture.position_m)
+    axis = np.array([np.ravel(part)[0] for part in drawn.context.axis.parts()])
+    return Zone(radii, axis, cosine, apex, spec.capture.position_m)
