@@ -93,9 +93,7 @@ def _keep_out(problem: Problem, drawn: Drawn) -> Iterator[Finding]:
         origin = "the target's centre of mass" if lvlh else "the docking point"
         least, needed = _least_norm(position), float(most.max()) + (0.0 if lvlh else target.port_m.largest_norm)
         if least < needed:
-            message = (
-                f"seen from the target a start may be on any side, its distance from {origin} is {least:.4g} m or more: {BAD}"
-            )
+            message = f"the direction of the start in T is drawn, its distance from {origin} is {least:.4g} m or more: {BAD}"
             accepted = f"accepted: a box in the frame of the port, or a distance of {needed:.4g} m or more in every draw"
             yield finding(place, message, accepted)
         return

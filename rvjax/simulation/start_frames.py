@@ -23,7 +23,7 @@ Given x, ẋ (position and velocity), a (attitude_mrp), w (rate). A takes compon
 
 The default of relative_to is the frame, for pursuer it is port. A hold point 100 m behind the target on V-bar is x = [-100, 0, 0]
 in lvlh, one 30 m below it on R-bar [0, 0, 30]. Conventions of LVLH: W. Fehse, "Automated rendezvous and docking of spacecraft",
-2003, §3.1.3.
+2003, §3.1.
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ def test_a_forbidden_start_is_found_where_there_is_one() -> None:
         (("corridor.radius_m=1", "target.port_m=[5, {uniform: [-1, 1]}, 0]"), "such as ["),
         (
             ("start.rho_m={direction: 34.9}",),
-            "the direction of the start is drawn, its distance from the docking point is 34.9 m",
+            "the direction of the start in T is drawn, its distance from the docking point is 34.9 m",
         ),
         (("start.rho_m={direction: 35.1}",), ""),
         (("start.rho_m={ball: 40}",), "its distance from the docking point is 0 m"),
@@ -127,8 +127,41 @@ def test_the_start_is_turned_as_it_flies(tmp_path: Path) -> None:
     """The map of the check gives the places at which flights begin, by SciPy's rotation. Kills: R for Rᵀ."""
     problem = scene(tmp_path, "target.keep_out=null", "start.sigma=[0.1, -0.2, 0.3]")
     draws, drawn = Draws.of(problem, np.arange(10))
-    starts = _starts(problem.spec.start.rho_m, problem.spec.target.port_m, _turn(drawn))
+    starts = _starts(problem.spec.start.rho_m, problem.spec.target.port_m, _turn(problem.spec, drawn))
     u = np.array([(draws.values["start.rho_m.x"] - 11.5) / 17.0, draws.values["start.rho_m.y"] / 2.0]).T
     rho = np.array(drawn.motion.rho.parts()).T
     expected = Turn.from_mrp([0.1, -0.2, 0.3]).apply(rho) + np.array([5.0, 0.0, 0.0])
     np.testing.assert_allclose(starts.place + u @ starts.by_place.T, expected, atol=1e-12)
+
+
+FRAMED = "start={frame: %s, position_m: [{uniform: [%s, 20]}, {uniform: [-1, 1]}, 0]}"
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ((FRAMED % ("port", 6), "corridor.half_angle_deg=12"), ""),
+        ((FRAMED % ("port", 3), "corridor.half_angle_deg=12"), "such as ["),
+        ((FRAMED % ("port", 3), "target.port_axis=[0, 0, 1]", "corridor.half_angle_deg=80"), ""),
+        ((FRAMED % ("lvlh", 11), "target.orbit={semi_major_axis_km: 6878}"), ""),
+        (
+            (FRAMED % ("lvlh", 9), "target.orbit={semi_major_axis_km: 6878}"),
+            "from the target's centre of mass is 9 m",
+        ),
+    ],
+    ids=["port", "port, too near", "another axis", "lvlh, outside", "lvlh, too near"],
+)
+def test_starts_in_frames(said: tuple[str, ...], words: str, tmp_path: Path) -> None:
+    """The same of starts in the frames of the port and of LVLH. The zone has a radius of 10 m, the port is at 5 m on x.
+
+    Kills: the axes of T for those of the port, the docking point for the target's centre of mass.
+    """
+    more = ("target.keep_out={radii_m: 10}", "target.port_m=[5, 0, 0]")
+    if not words:
+        scene(tmp_path, *more, *said)
+        return
+    with pytest.raises(CampaignError) as caught:
+        scene(tmp_path, *more, *said)
+    (finding,) = caught.value.findings
+    assert finding.path == "start.position_m"
+    assert words in finding.found

@@ -30,13 +30,19 @@ STORED = HOME / "draws.json"
 CAMPAIGNS = HOME.parents[1] / "campaigns"
 EVERY_LAW = HOME / "every-law.yaml"
 SAMPLES = 416
+START = (
+    "start={frame: %s, relative_to: lvlh, position_m: {box: 60}, velocity_m_s: {ball: 0.1}, "
+    "attitude_mrp: {rotation: uniform}, rate_deg_s: {box: 1}}"
+)
+AXIS = "target.port_axis=[-2, 0.3, 1]"
 
 
 def cases() -> dict[str, tuple[Path, Sequence[str]]]:
     """By name: a campaign and overrides."""
     shipped = {path.stem: (path, ()) for path in sorted(CAMPAIGNS.glob("*.yaml"))}
     samplers = {f"every-law {use}": (EVERY_LAW, (f"sampler={{use: {use}}}",)) for use in ("latin-hypercube", "sobol")}
-    return {**shipped, "every-law": (EVERY_LAW, ()), **samplers}
+    framed = {f"every-law {frame}": (EVERY_LAW, (START % frame, AXIS)) for frame in ("port", "lvlh", "pursuer")}
+    return {**shipped, "every-law": (EVERY_LAW, ()), **samplers, **framed}
 
 
 def digest(columns: Iterable[tuple[str, Any]]) -> str:

@@ -19,6 +19,7 @@ from tests.mutants import (
     propellant_table,
     scene_table,
     sensors_table,
+    start_table,
     trace_table,
     user_table,
 )
@@ -39,4 +40,5 @@ MUTANTS: tuple[Mutant, ...] = (
     *trace_table.MUTANTS,
     *user_table.MUTANTS,
     *metrics_table.MUTANTS,
+    *start_table.MUTANTS,
 )
