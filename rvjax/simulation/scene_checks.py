@@ -27,7 +27,7 @@ from rvjax.simulation.batch import LANES
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
-from rvjax.simulation.start_frames import port_axes
+from rvjax.simulation.start_frames import lvlh_axes, port_axes
 from rvjax.simulation.start_zone import Starts, Zone, forbidden
 
 Values = NDArray[np.float64]
@@ -85,19 +85,16 @@ def _keep_out(problem: Problem, drawn: Drawn) -> Iterator[Finding]:
             endless[0], f"there are draws of any size: {BAD}", "accepted: laws with bounds; a truncated_normal has bounds"
         )
         return
-    most, lvlh = (
-        np.array([high for _, high in radii.supports]),
-        isinstance(spec.start, FramedStart) and spec.start.frame == "lvlh",
-    )
-    if lvlh or position.joint is not None or not _direction_is_fixed(spec):
+    most, lvlh = np.array([high for _, high in radii.supports]), _frame(spec.start) == "lvlh"
+    if position.joint is not None or not _direction_is_fixed(spec):
         origin = "the target's centre of mass" if lvlh else "the docking point"
         least, needed = _least_norm(position), float(most.max()) + (0.0 if lvlh else target.port_m.largest_norm)
         if least < needed:
             message = f"the direction of the start in T is drawn, its distance from {origin} is {least:.4g} m or more: {BAD}"
-            accepted = f"accepted: a box in the frame of the port, or a distance of {needed:.4g} m or more in every draw"
+            accepted = f"accepted: a box along axes that are not drawn, or a distance of {needed:.4g} m or more in every draw"
             yield finding(place, message, accepted)
         return
-    bad = forbidden(_starts(position, target.port_m, _turn(spec, drawn)), _zone(spec, most, drawn))
+    bad = forbidden(_starts(position, target.port_m, _turn(spec, drawn), lvlh), _zone(spec, most, drawn))
     if bad is not None:
         where = ", ".join(f"{x:.4g}" for x in bad)
         message = f"{BAD}, such as [{where}] m from the target's centre of mass, in its frame"
@@ -111,12 +108,19 @@ def _position(start: AnyStart) -> tuple[Place, Quantity]:
     return ("start", "rho_m"), start.rho_m
 
 
+def _frame(start: AnyStart) -> str:
+    """The frame of the position; that of the pursuer in the other form."""
+    return start.frame if isinstance(start, FramedStart) else "pursuer"
+
+
 def _direction_is_fixed(spec: Spec) -> bool:
     """Whether the axes of the position are the same in T in every draw."""
-    start = spec.start
-    if isinstance(start, FramedStart):
-        return _axis_is_fixed(spec) if start.frame == "port" else start.attitude_mrp.is_fixed
-    return start.sigma.is_fixed
+    start, target = spec.start, spec.target
+    if _frame(start) == "port":
+        return _axis_is_fixed(spec)
+    if _frame(start) == "lvlh":
+        return all(quantity.is_fixed for quantity in (target.attitude_mrp, *target.orbit.quantities().values()))
+    return (start.attitude_mrp if isinstance(start, FramedStart) else start.sigma).is_fixed
 
 
 def _axis_is_fixed(spec: Spec) -> bool:
@@ -128,11 +132,10 @@ def _axis_is_fixed(spec: Spec) -> bool:
 
 def _turn(spec: Spec, drawn: Drawn) -> Values:
     """(3, 3) from the axes of the position to T; the same in every draw."""
-    if isinstance(spec.start, FramedStart) and spec.start.frame == "port":
-        axes = port_axes(drawn.context.axis)
-        return np.array([[np.ravel(part)[0] for part in row.parts()] for row in (axes.a, axes.b, axes.c)]).T
-    r = rotation(drawn.motion.sigma)
-    return np.array([[part[0] for part in row.parts()] for row in (r.a, r.b, r.c)]).T
+    frame = _frame(spec.start)
+    axes = port_axes(drawn.context.axis) if frame == "port" else lvlh_axes(drawn.target) if frame == "lvlh" else None
+    axes = rotation(drawn.motion.sigma) if axes is None else axes
+    return np.array([[np.ravel(part)[0] for part in row.parts()] for row in (axes.a, axes.b, axes.c)]).T
 
 
 def _least_norm(quantity: Quantity) -> float:
@@ -142,14 +145,17 @@ def _least_norm(quantity: Quantity) -> float:
     return float(np.linalg.norm([max(low, -high, 0.0) for low, high in quantity.supports]))
 
 
-def _starts(rho: Quantity, port: Quantity, turn: Values) -> Starts:
-    """The starts as a map of the drawn components of ρ and of the docking point."""
-    ends = np.array([rho.supports, port.supports])
-    (rho_0, port_0), (rho_wide, port_wide) = ends.mean(axis=2), np.diff(ends, axis=2)[..., 0]
-    drawn = np.concatenate([rho_wide, port_wide]) > 0.0
-    by_rho, by_port, still = turn * rho_wide, np.diag(port_wide), np.zeros((3, 3))
-    away = turn @ rho_0
-    return Starts(away + port_0, away, np.hstack([by_rho, by_port])[:, drawn], np.hstack([by_rho, still])[:, drawn])
+def _starts(position: Quantity, port: Quantity, turn: Values, centred: bool) -> Starts:
+    """The starts as a map of the drawn components of the position and of the docking point. centred: the position is that from
+    the target's centre of mass, else from the docking point."""
+    ends = np.array([position.supports, port.supports])
+    (middle, port_0), (wide, port_wide) = ends.mean(axis=2), np.diff(ends, axis=2)[..., 0]
+    drawn = np.concatenate([wide, port_wide]) > 0.0
+    away, by_away, by_port = turn @ middle, turn * wide, np.diag(port_wide)
+    place, rho = (away, away - port_0) if centred else (away + port_0, away)
+    by_place = np.hstack([by_away, by_port * (0.0 if centred else 1.0)])
+    by_rho = np.hstack([by_away, by_port * (-1.0 if centred else 0.0)])
+    return Starts(place, rho, by_place[:, drawn], by_rho[:, drawn])
 
 
 def _zone(spec: Spec, radii: Values, drawn: Drawn) -> Zone:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation as Turn
 from rvjax.errors import CampaignError
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
-from rvjax.simulation.scene_checks import _starts, _turn
+from rvjax.simulation.scene_checks import _position, _starts, _turn
 from rvjax.simulation.start_zone import Starts, Zone, forbidden
 from tests.validated import validated
 
@@ -123,18 +123,35 @@ def test_hulls_are_apart_when_docked_and_at_the_start(tmp_path: Path) -> None:
         scene(tmp_path, *said[:1], "target.hull={radius_m: 3}", *said[2:], "start.rho_m=[-1, 0, 0]")
 
 
-def test_the_start_is_turned_as_it_flies(tmp_path: Path) -> None:
-    """The map of the check gives the places at which flights begin, by SciPy's rotation. Kills: R for Rᵀ."""
-    problem = scene(tmp_path, "target.keep_out=null", "start.sigma=[0.1, -0.2, 0.3]")
-    draws, drawn = Draws.of(problem, np.arange(10))
-    starts = _starts(problem.spec.start.rho_m, problem.spec.target.port_m, _turn(problem.spec, drawn))
-    u = np.array([(draws.values["start.rho_m.x"] - 11.5) / 17.0, draws.values["start.rho_m.y"] / 2.0]).T
-    rho = np.array(drawn.motion.rho.parts()).T
-    expected = Turn.from_mrp([0.1, -0.2, 0.3]).apply(rho) + np.array([5.0, 0.0, 0.0])
-    np.testing.assert_allclose(starts.place + u @ starts.by_place.T, expected, atol=1e-12)
-
-
 FRAMED = "start={frame: %s, position_m: [{uniform: [%s, 20]}, {uniform: [-1, 1]}, 0]}"
+ORBIT = "target.orbit={semi_major_axis_km: 7878, eccentricity: 0.1, true_anomaly_deg: 40}"
+
+
+@pytest.mark.parametrize(
+    ("said", "centred"),
+    [
+        (("start.sigma=[0.1, -0.2, 0.3]",), False),
+        (("target.port_axis=[1, 2, -1]", FRAMED % ("port", 3)), False),
+        ((ORBIT, "target.attitude_mrp=[0.2, 0.1, -0.3]", FRAMED % ("lvlh", 3)), True),
+    ],
+    ids=["pursuer", "port", "lvlh"],
+)
+def test_the_start_is_turned_as_it_flies(said: tuple[str, ...], centred: bool, tmp_path: Path) -> None:
+    """The map of the check gives the places at which flights begin, by SciPy's rotation. Kills: R for Rᵀ, the axes of another
+    frame, a docking point that is added to a place from the target's centre of mass, or left out of ρ."""
+    problem = scene(tmp_path, "target.keep_out=null", "target.port_m=[5, {uniform: [-1, 1]}, 0]", *said)
+    draws, drawn = Draws.of(problem, np.arange(10))
+    place, position = _position(problem.spec.start)
+    starts = _starts(position, problem.spec.target.port_m, _turn(problem.spec, drawn), centred)
+    name = ".".join(map(str, place))
+    u = [(draws.values[f"{name}.x"] - 11.5) / 17.0, draws.values[f"{name}.y"] / 2.0, draws.values["target.port_m.y"] / 2.0]
+    rho = Turn.from_mrp(np.array(drawn.motion.sigma.parts()).T).apply(np.array(drawn.motion.rho.parts()).T)
+    port = np.array(drawn.plant.port.parts()).T
+    np.testing.assert_allclose(starts.rho + np.array(u).T @ starts.by_rho.T, rho, atol=1e-9)
+    np.testing.assert_allclose(starts.place + np.array(u).T @ starts.by_place.T, rho + port, atol=1e-9)
+
+
+UP = "start={frame: lvlh, position_m: [{uniform: [-1, 1]}, 0, {uniform: [-20, -%s]}]}"
 
 
 @pytest.mark.parametrize(
@@ -144,19 +161,30 @@ FRAMED = "start={frame: %s, position_m: [{uniform: [%s, 20]}, {uniform: [-1, 1]}
         ((FRAMED % ("port", 3), "corridor.half_angle_deg=12"), "such as ["),
         ((FRAMED % ("port", 3), "target.port_axis=[0, 0, 1]", "corridor.half_angle_deg=80"), ""),
         ((FRAMED % ("lvlh", 11), "target.orbit={semi_major_axis_km: 6878}"), ""),
-        (
-            (FRAMED % ("lvlh", 9), "target.orbit={semi_major_axis_km: 6878}"),
-            "from the target's centre of mass is 9 m",
-        ),
+        ((FRAMED % ("lvlh", 9), "target.orbit={semi_major_axis_km: 6878}"), "such as ["),
+        ((UP % 8, "target.orbit={semi_major_axis_km: 6878}", "corridor.half_angle_deg=25"), ""),
+        ((UP % 8, "target.orbit={semi_major_axis_km: 6878}", "corridor.half_angle_deg=5"), "such as ["),
+        ((FRAMED % ("lvlh", 9), "target.attitude_mrp={box: 0.1}"), "distance from the target's centre of mass is 9 m"),
+        ((FRAMED % ("lvlh", 11), "target.attitude_mrp={box: 0.1}"), ""),
     ],
-    ids=["port", "port, too near", "another axis", "lvlh, outside", "lvlh, too near"],
+    ids=[
+        "port",
+        "port, too near",
+        "another axis",
+        "lvlh, outside",
+        "lvlh, too near",
+        "in the cone",
+        "beside it",
+        "turned",
+        "far",
+    ],
 )
 def test_starts_in_frames(said: tuple[str, ...], words: str, tmp_path: Path) -> None:
     """The same of starts in the frames of the port and of LVLH. The zone has a radius of 10 m, the port is at 5 m on x.
 
     Kills: the axes of T for those of the port, the docking point for the target's centre of mass.
     """
-    more = ("target.keep_out={radii_m: 10}", "target.port_m=[5, 0, 0]")
+    more = ("target={orbit: {}, keep_out: {radii_m: 10}, port_m: [5, 0, 0]}",)
     if not words:
         scene(tmp_path, *more, *said)
         return

@@ -16,6 +16,7 @@ REFUSED = "campaign/test_scene_checks.py::test_starts_are_refused_or_not"
 APART = "campaign/test_scene_checks.py::test_hulls_are_apart_when_docked_and_at_the_start"
 
 OUTCOME = "physics/test_hulls.py::test_the_first_that_holds_is_the_outcome"
+TURNED = "campaign/test_scene_checks.py::test_the_start_is_turned_as_it_flies"
 MARGIN = "physics/test_hulls.py::test_the_bound_of_the_acceleration"
 STEPPED = "physics/test_hulls.py::test_nothing_is_stepped_over"
 
@@ -91,9 +92,9 @@ MUTANTS = (
     Mutant(
         "R for Rᵀ at the start",
         CHECKS,
-        "(r.a, r.b, r.c)]).T",
-        "(r.a, r.b, r.c)])",
-        "campaign/test_scene_checks.py::test_the_start_is_turned_as_it_flies",
+        "(axes.a, axes.b, axes.c)]).T",
+        "(axes.a, axes.b, axes.c)])",
+        TURNED,
     ),
     Mutant("an uncertain cone", CHECKS, "else NO_CONE", "else float(cos(corridor.half_angle_rad))", REFUSED),
     Mutant(
@@ -131,4 +132,12 @@ MUTANTS = (
         "",
         "report/test_safety.py::test_the_section_is_there_where_there_is_something_to_say",
     ),
+    Mutant(
+        "LVLH about the docking point",
+        CHECKS,
+        "(away, away - port_0) if centred",
+        "(away + port_0, away) if centred",
+        TURNED,
+    ),
+    Mutant("ρ without the drawn docking point", CHECKS, "by_port * (-1.0 if centred", "by_port * (0.0 if centred", TURNED),
 )

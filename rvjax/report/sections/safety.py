@@ -127,9 +127,9 @@ def _scene(spec: Spec, axis: Axes, farthest: float) -> None:
     along = np.array([-corridor.radius_m / math.tan(corridor.half_angle_rad) if corridor.radius_m else 0.0, end])
     axis.plot(along, corridor.radius_m + along * math.tan(corridor.half_angle_rad), color=plotting.GREEN, label="approach cone")
     axis.plot([0.0], [0.0], marker="+", color=plotting.INK, ls="", ms=9, label="docking point", clip_on=False)
-    distance = float(np.linalg.norm(port))
-    if spec.target.hull is not None and distance > 0.0:
-        centre = float((np.array(spec.target.hull.centre_m.medians) - port) @ port) / distance
+    out = np.array(port if spec.target.port_axis is None else spec.target.port_axis)
+    if spec.target.hull is not None and np.any(out != 0.0):
+        centre = float((np.array(spec.target.hull.centre_m.medians) - port) @ out) / float(np.linalg.norm(out))
         ball = Circle((centre, 0.0), _radius(spec.target.hull), fill=False, color=plotting.INK, lw=1.0, label="target's hull")
         axis.add_patch(ball)
 
