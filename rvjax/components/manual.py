@@ -32,6 +32,7 @@ CHAPTERS = {
     "nominal": "campaign.nominal_body",
     "plausibility": "simulation.plausibility",
     "nussbaum": "physics.nussbaum",
+    "control_direction": "physics.control_direction",
     "differentiator": "physics.differentiators",
     "saturation": "physics.saturation",
     "allocation": "physics.thruster_allocation",

@@ -43,9 +43,9 @@ from rvjax.physics.vectors import (
 class GuidanceGains(Model):
     """Gains of the virtual velocity."""
 
-    k1: Quantity = scalar("1/s", default=0.06, above=0.0, doc="position gain k₁")
+    k1: Quantity = scalar("1/s", default=0.1, above=0.0, doc="position gain k₁")
     v_max_m_s: Quantity = scalar("m/s", default=0.6, above=0.0, doc="largest virtual approach speed (shaped law)")
-    k_sigma: Quantity = scalar("rad/s", default=0.25, above=0.0, doc="attitude gain k_σ per unit of MRP")
+    k_sigma: Quantity = scalar("rad/s", default=0.4, above=0.0, doc="attitude gain k_σ per unit of MRP")
 
 
 class TrackingGains(GuidanceGains):
@@ -80,8 +80,9 @@ class RobustGains(Model):
         "N/m, N·m", default=6.0, follows="mass", at_least=0.0, doc="rate γ_D of the disturbance bounds D̂"
     )
     bound_share: Quantity = scalar("1", default=0.5, at_least=0.0, doc="ceiling of D̂ as a share of the mean limit")
-    epsilon_force: Quantity = scalar("m/s", default=1e-4, above=0.0, doc="width ε of the force channels")
-    epsilon_torque: Quantity = scalar("rad/s", default=2e-5, above=0.0, doc="width ε of the torque channels")
+    leak_bound: Quantity = scalar("1/s", default=0.0, at_least=0.0, doc="leak λ_D of the disturbance bounds D̂")
+    epsilon_force: Quantity = scalar("m/s", default=1e-3, above=0.0, doc="width ε of the force channels")
+    epsilon_torque: Quantity = scalar("rad/s", default=5e-4, above=0.0, doc="width ε of the torque channels")
 
 
 class AdaptationGains(Model):
@@ -217,9 +218,9 @@ def direction(z: Channels, width: Channels) -> Channels:
 
 
 def bound_rate(growth: Channels, bound: Channels, limit: Channels, gains: Numbers) -> Channels:
-    """The rate of D̂: γ_D times the growth z²/√(z² + ε²), projected into [0, share · limit]. Gains used: gamma_bound,
-    bound_share."""
-    return each(project, bound, growth * gains.gamma_bound, 0.0, limit * gains.bound_share)
+    """The rate of D̂: γ_D times the growth z²/√(z² + ε²), less λ_D D̂, projected into [0, share · limit]. Gains used:
+    gamma_bound, leak_bound, bound_share."""
+    return each(project, bound, growth * gains.gamma_bound - bound * gains.leak_bound, 0.0, limit * gains.bound_share)
 
 
 def mean_limit(measurement: Measurement) -> Channels:

@@ -5,6 +5,7 @@
     effectiveness   e
     incipient       1 − Δ, its final loss, however slowly it grows
     float, stuck    0, because the output does not follow the command
+    reversed        0, because what is left pushes the wrong way
     others          1: bias and drift add to the command; lag and delay only slow it down
 
 A fault that ends before the flight counts as 1. An intermittent fault counts with what remains while it acts.
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from rvjax.campaign import Spec
     from rvjax.campaign.choice import Choice
 
-_LOSSES = {"effectiveness": "remaining", "incipient": "loss", "float": "", "stuck": ""}
+_LOSSES = {"effectiveness": "remaining", "incipient": "loss", "float": "", "reversed": "", "stuck": ""}
 """The quantity of each fault that determines what remains."""
 
 

@@ -63,9 +63,9 @@ def same(a: Problem, b: Problem) -> bool:
         ("samples=7", True),
         ("require=[]", True),
         ("description=other", True),
-        ("controller.gains.k1=0.06", True),  # the default, written out
+        ("controller.gains.k1=0.1", True),  # the default, written out
         ("controller={use: saturated-adaptive, shaped: true}", True),
-        ("controller.gains.k1=0.061", False),
+        ("controller.gains.k1=0.101", False),
         ("controller.nussbaum=none", False),
         ("faults.bias.channels=[fx]", False),
         ("faults.bias.share={uniform: [-0.05, 0.051]}", False),

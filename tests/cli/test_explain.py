@@ -199,7 +199,7 @@ def test_symbols_and_choices() -> None:
     """Against the values by hand. Kills: a range of another key, a unit of the SI where the key has degrees."""
     rows = {key.path: (key.unit, key.default, key.accepted) for name in ("saturated-adaptive", "effectiveness", "sinusoid")
             for page in component_pages() if page.name == name for key in page.keys}  # fmt: skip
-    assert rows["gains.k1"] == ("1/s", "0.06", "above 0, or drawn")
+    assert rows["gains.k1"] == ("1/s", "0.1", "above 0, or drawn")
     assert rows["gains.inertia_guess_kgm2"] == ("kg·m²", "15", "above 0, or drawn")
     assert rows["gains.gamma_mass"][0] == "kg·s²/m²"
     assert rows["gains.gamma_bound"][0] == "N/m, N·m"

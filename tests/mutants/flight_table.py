@@ -18,6 +18,12 @@ LINEAR = "physics/test_adaptation.py::test_the_plant_is_linear_in_its_parameters
 DERIVATIVE = "physics/test_adaptation.py::test_differentiators_find_the_derivative"
 SINE = "physics/test_sine_and_cosine.py::test_sine_and_cosine_have_every_digit"
 NUSSBAUM = "physics/test_adaptation.py::test_nussbaum_gains_by_definition"
+UNKNOWN = "physics/control_direction.py"
+SWINGS = "physics/test_control_direction.py::test_the_gain_swings_to_both_sides"
+STANDS = "physics/test_control_direction.py::test_the_argument_moves_only_where_the_error_grows_against_the_demand"
+PULLED = "physics/test_control_direction.py::test_the_argument_is_pulled_to_even_numbers"
+SMOOTHED = "physics/test_control_direction.py::test_the_growth_is_smoothed_over_its_time"
+REVERSED = "physics/test_control_direction.py::test_a_reversed_channel_is_flown"
 ONSET = "physics/test_flight.py::test_faults_begin_at_their_onset"
 NORMAL = "physics/test_noise.py::test_the_numbers_are_normal"
 APART = "physics/test_noise.py::test_numbers_depend_on_nothing_of_each_other"
@@ -192,7 +198,41 @@ MUTANTS = (
     Mutant("sign of Levant's second gain", "physics/differentiators.py", "-1.1 * bound", "1.1 * bound", DERIVATIVE),
     Mutant("sign of K₃", ADAPTIVE, "- z3 * gains.k3", "+ z3 * gains.k3", IDENTITY),
     Mutant("sign of κ", ADAPTIVE, "* wanted - state.v * gains.kappa", "* wanted + state.v * gains.kappa", IDENTITY),
-    Mutant("sign of χ̇", ADAPTIVE, "chi=z3 * inverse", "chi=-z3 * inverse", IDENTITY),
+    Mutant("sign of χ̇", ADAPTIVE, "drive = z3 * inverse", "drive = -z3 * inverse", IDENTITY),
+    Mutant(
+        "sign of the leak of χ", ADAPTIVE, "drive - state.chi * gains.leak_chi", "drive + state.chi * gains.leak_chi", IDENTITY
+    ),
+    Mutant("leak in the textbook form", ADAPTIVE, '.modification == "leakage"', '.modification != ""', IDENTITY),
+    Mutant(
+        "sign of the leak of D̂",
+        "physics/backstepping.py",
+        "- bound * gains.leak_bound",
+        "+ bound * gains.leak_bound",
+        "physics/test_adaptation.py::test_bounds_leak",
+    ),
+    Mutant("sign of N(η)", UNKNOWN, "* cos((0.5 * math.pi) * eta)", "* -cos((0.5 * math.pi) * eta)", SWINGS),
+    Mutant("no growth of N(η)", UNKNOWN, "0.05 * (eta * eta)", "0.0 * (eta * eta)", SWINGS),
+    Mutant("η moves while |z₂| falls", UNKNOWN, "jnp.maximum(grown, 0.0)", "jnp.abs(grown)", STANDS),
+    Mutant("η moves with a demand that pushes along", UNKNOWN, "jnp.clip(-jnp.sign(z)", "jnp.abs(jnp.sign(z)", STANDS),
+    Mutant("η is pushed off the even numbers", UNKNOWN, "drive - gains.leak_eta", "drive + gains.leak_eta", PULLED),
+    Mutant("growth over T²", UNKNOWN, "growth * (1.0 / gains.growth_time_s)", "growth * gains.growth_time_s", SMOOTHED),
+    Mutant(
+        "α₂ without N(η)", ADAPTIVE, "raw = raw * each(control_direction.gain, state.direction.eta)", "raw = raw * 1.0", REVERSED
+    ),
+    Mutant(
+        "a reversal without its sign",
+        "components/faults/reversed.py",
+        "return -(numbers.remaining * u)",
+        "return numbers.remaining * u",
+        "physics/test_faults.py::test_while_it_acts_a_fault_gives_what_it_is_known_for",
+    ),
+    Mutant(
+        "a thruster that pulls",
+        "components/faults/reversed.py",
+        "!= CHANNELS:",
+        "is None:",
+        "campaign/test_campaign.py::test_bad_file",
+    ),
     Mutant("no α̂̇₂", ADAPTIVE, "gains.kappa + derivative -", "gains.kappa -", IDENTITY),
     Mutant(
         "sign of the adaptation of m̂",

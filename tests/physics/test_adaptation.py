@@ -149,21 +149,23 @@ def busy(one: Any, **options: Any) -> Any:
     )
 
 
+@pytest.mark.parametrize("modification", ["none", "leakage"])
 @pytest.mark.parametrize("nussbaum", GAINS)
-def test_lyapunov_like_identity(one: Any, nussbaum: str) -> None:
+def test_lyapunov_like_identity(one: Any, nussbaum: str, modification: str) -> None:
     """z₃ż₃ = (u²/γ)(h' N χ̇ − χ̇) − K₃z₃² where ż₃ = h'v̇ − ν_L; kills the sign of K₃, of χ̇, of κ and of the derivative.
 
-    This is the bracket of the paper's Lemma 1, scaled by the channel's limit u. Without a Nussbaum gain χ stays, and
-    z₃w̄ = z₃(v̇ + κv) takes the place of (u²/γ)χ̇.
+    This is the bracket of the paper's Lemma 1, scaled by the channel's limit u; with leakage it has χ̇ + λχ for χ̇. Kills: a leak
+    of the wrong sign or in the textbook form. Without a Nussbaum gain χ stays, and z₃w̄ = z₃(v̇ + κv) takes the place of (u²/γ)χ̇.
     """
-    options = {"nussbaum": nussbaum, "derivative": "filtered"}
+    options = {"nussbaum": nussbaum, "derivative": "filtered", "modification": modification}
     state = busy(one, **options)
     response, actuators = respond(one, state, **options)
     h, slope = actuators(state.v)
     z3 = h - response.report.signals["alpha2"]
     z3_rate = slope * response.rate.v - state.zeta1
     limit = (one.upper + one.lower) * 0.5
-    work = response.rate.chi * limit * limit / one.gains.gamma_chi
+    leak = one.gains.leak_chi if modification == "leakage" and nussbaum != "none" else 0.0
+    work = (response.rate.chi + state.chi * leak) * limit * limit / one.gains.gamma_chi
     if nussbaum == "none":
         assert not np.array(work.parts()).any()
         work = z3 * (response.rate.v + state.v * one.gains.kappa)
@@ -189,6 +191,14 @@ def test_adaptation_follows_the_gradient(one: Any) -> None:
         assert float(response.rate.bound.parts()[i]) == pytest.approx(one.gains.gamma_bound * z * z / reach, rel=1e-12)
         raw = -(model.parts()[i] + one.gains[f"k2_{kind}"] * z + state.bound.parts()[i] * z / reach)
         assert float(response.report.signals["alpha2"].parts()[i]) == pytest.approx(float(raw), rel=1e-12)
+
+
+def test_bounds_leak(one: Any) -> None:
+    """D̂̇ loses λ_D D̂ with `leak_bound`. Kills: a leak that is not there, or of the wrong sign."""
+    leaky = one._replace(gains=Numbers({**one.gains, "leak_bound": jnp.asarray(0.3)}))
+    (kept, _), (leaked, _) = (respond(numbers, busy(numbers)) for numbers in (one, leaky))
+    lost = np.array(kept.rate.bound.parts()) - np.array(leaked.rate.bound.parts())
+    np.testing.assert_allclose(lost, 0.3 * np.array(busy(one).bound.parts()), rtol=1e-9)
 
 
 def test_the_shaped_law_clips_and_freezes(one: Any) -> None:

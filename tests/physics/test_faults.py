@@ -33,6 +33,7 @@ OWN: dict[str, dict[str, Any]] = {
     "drift": {"growth": 0.02, "most": 0.05},
     "stuck": {},
     "float": {},
+    "reversed": {"remaining": 0.75},
     "lag": {"time_constant_s": 0.7},
     "delay": {"steps": 3},
 }
@@ -144,10 +145,12 @@ def test_an_intermittent_fault_acts_in_the_first_part_of_each_period(period: int
         ("drift", {"growth": -0.02}, lambda h, s: h - np.minimum(0.02 * s, 0.05) * LIMIT),
         ("stuck", {"share": -0.5}, lambda h, s: np.broadcast_to(-0.5 * LIMIT, h.shape)),
         ("float", {}, lambda h, s: 0.0 * h),
+        ("reversed", {}, lambda h, s: -0.75 * h),
     ],
 )
 def test_while_it_acts_a_fault_gives_what_it_is_known_for(use: str, said: Mapping[str, Any], expected: Any) -> None:
-    """Kills: Δ for 1 − Δ, time from the start of the flight, a share of the commanded value, a cap on one side only."""
+    """Kills: Δ for 1 − Δ, time from the start of the flight, a share of the commanded value, a cap on one side only, a
+    reversal without its sign."""
     command = commanded()
     for at, out in zip((TIMES, TIMES + 0.5 * H), flown(use, command, **said), strict=True):
         acts = (at >= 1.0)[:, 0]

@@ -68,18 +68,18 @@ def test_a_candidate_is_the_campaign_with_its_values() -> None:
     """Kills: a tie that is not followed, a value that is not the one that is written, a start that is not the campaign's."""
     space, _ = Space.of(CAMPAIGN, [*SHORT, TUNE])
     assert list(space.free) == ["controller.gains.k1", "x", "horizon.step_s", "controller.nussbaum", "pursuer.mass_kg"]
-    assert space.fixed == {"controller.gains.k3": 2.0}
+    assert space.fixed == {"controller.gains.k3": 8.0}
     assert space.original == {
-        "controller.gains.k1": 0.06,
-        "controller.gains.k_sigma": 0.25,
+        "controller.gains.k1": 0.1,
+        "controller.gains.k_sigma": 0.4,
         "horizon.step_s": 0.05,
         "controller.nussbaum": "exp-cos",
     }
-    assert space.start == pytest.approx([np.log(2) / np.log(10), 0.5, 0.25, 0.25, 0.5])
+    assert space.start == pytest.approx([np.log(0.1 / 0.03) / np.log(10), 0.5, 0.25, 0.25, 0.5])
     values = space.values(np.array([0.5, 0.5, 0.9, 0.9, 1.0]))
     assert values == {
         "controller.gains.k1": 0.09487,
-        "controller.gains.k_sigma": pytest.approx(0.3),
+        "controller.gains.k_sigma": pytest.approx(1.2),
         "x": 1.5,
         "horizon.step_s": 0.1,
         "controller.nussbaum": "none",
@@ -87,7 +87,7 @@ def test_a_candidate_is_the_campaign_with_its_values() -> None:
     }
     sets = [
         "controller.gains.k1=0.09487",
-        "controller.gains.k_sigma=0.3",
+        "controller.gains.k_sigma=1.2",
         "horizon.step_s=0.1",
         "controller.nussbaum=none",
         "pursuer.mass_kg=110",

@@ -13,6 +13,7 @@ MEMBERS = {
     "drift": "rvjax.components.faults.drift",
     "stuck": "rvjax.components.faults.stuck",
     "float": "rvjax.components.faults.float",
+    "reversed": "rvjax.components.faults.reversed",
     "lag": "rvjax.components.faults.lag",
     "delay": "rvjax.components.faults.delay",
 }
