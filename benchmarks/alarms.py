@@ -22,7 +22,7 @@ CAMPAIGNS = Path(__file__).parents[1] / "campaigns" / "ci"
 SEED, WEAK = 987_654_321, 1664
 BOUND = 0.9999
 
-GAINS = {"k1": 0.06, "k_sigma": 0.25, "k2_force": 40.0, "k2_torque": 15.0, "k3": 2.0, "gamma_bound": 6.0}
+GAINS = {"k1": 0.1, "k_sigma": 0.4, "k2_force": 40.0, "k2_torque": 15.0, "k3": 8.0, "gamma_bound": 6.0}
 WEAKENED: Mapping[str, tuple[Sequence[str], str]] = {
     "all gains −30 %": ([f"controller.gains.{name}={0.7 * value}" for name, value in GAINS.items()], ""),
     **{f"{name} −30 %": ([f"controller.gains.{name}={0.7 * value}"], "") for name, value in GAINS.items()},

@@ -85,7 +85,7 @@ CLAIMS = [
     ("docs/glossary.md", f"|χ| reaches {RUNAWAY:g} or more"),
     ("docs/model.md", f"clipped to {Gains.model_fields['clip_share'].default:g} of the nominal limits"),
     ("docs/model.md", f"n ≤ {delay_line.MOST_STEPS} |"),
-    ("docs/model.md", f"none of its {campaign('navigation').samples} samples"),
+    ("docs/model.md", f"none of the {campaign('navigation').samples} samples of `campaigns/navigation.yaml`"),
     ("docs/performance.md", f"a chunk of {LANES} samples costs"),
     ("docs/reliability.md", f"A chunk is {LANES} samples"),
     ("docs/reliability.md", f"{quantile_sketch.EXACT:,} exact values at either end"),
@@ -123,7 +123,7 @@ def test_every_tuning_has_the_budget_of_the_page() -> None:
 @pytest.mark.parametrize(
     ("name", "family", "without"),
     [
-        ("faults", "faults", set[str]()),
+        ("faults", "faults", {"reversed"}),
         ("navigation", "navigation", {"update-rate", "dropouts", "outage", "target-knowledge", "target-noise"}),
         ("disturbances", "disturbances", {"constant", "sinusoid"}),
     ],
