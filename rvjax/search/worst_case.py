@@ -259,6 +259,7 @@ def prepare(
             raise UsageError(f"--vary {prefix}: no draw of this campaign; {did_you_mean(prefix, names)}")
     if not names:
         raise CampaignError([source.finding((), "nothing is drawn", "accepted: a campaign with a distribution")])
+    jax_config.configure(problem.spec.precision)
     return WorstCaseSearch(problem, required[number - 1], vary)
 
 
@@ -342,7 +343,6 @@ def worst(
     dimension = len(search.coordinates)
     if radius is None and box is None:
         radius = math.sqrt(float(special.chdtri(dimension, BEYOND)))
-    jax_config.configure(search.problem.spec.precision)
     record = _Record(search, on_progress)
     side = box or failure_search.FARTHEST
     descent = dimension + LANES

@@ -257,3 +257,11 @@ def test_a_stop_that_a_callback_loses_comes_again(
     monkeypatch.setattr(os, "kill", lambda *stop: came.put(stop))
     _app._send_again(SimpleNamespace(exc_type=lost))
     assert came.get(timeout=10) == (os.getpid(), number)
+
+
+def test_worst_flies_in_a_process_of_its_own(tmp_path: Path) -> None:
+    """Kills: JAX asked for its devices before it is configured, which only a new process shows."""
+    command = [sys.executable, "-m", "rvjax", "worst", str(CAMPAIGN), "--requirement", "1", "--flights", "416", *QUICK]
+    done = subprocess.run([*command, "--out", str(tmp_path / "worst")], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "worst" / "worst.yaml").is_file()
