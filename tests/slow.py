@@ -62,6 +62,7 @@ SLOW = frozenset(
         "physics/test_margins.py::test_a_flight_has_the_margins_of_its_trace",
         "physics/test_margins.py::test_folds_are_the_definition_on_random_traces",
         "physics/test_mean_wrench.py::test_a_thinned_row_has_the_mean_up_to_the_next[xla]",
+        "physics/test_metric_derivatives.py::test_of_the_bound_on_fuel",
         "physics/test_noise.py::test_noise_is_the_sample_s_own_wherever_it_flies",
         "physics/test_passive_safety.py::test_a_flight_is_looked_at_at_its_instants[xla]",
         "physics/test_propellant.py::test_what_is_burnt_is_what_the_thrusters_gave[bounded-least-squares]",
