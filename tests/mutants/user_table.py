@@ -15,6 +15,10 @@ EDITED = "user_code/test_user_identity.py::test_an_edited_file_is_the_new_one_in
 RESUMED = "user_code/test_user_identity.py::test_other_code_does_not_resume_a_folder"
 BYTES = "user_code/test_user_identity.py::test_the_bytes_that_are_digested_are_those_that_are_executed"
 PENDULUM = "physics/test_effects.py::test_the_pendulum_moves_as_in_the_inertial_frame"
+EFFECT = "components/effects/interface.py"
+SWING = "physics/test_effects_modes.py::test_a_pendulum_swings_as_its_mode"
+MODES = "physics/test_effects_modes.py::test_an_appendage_off_the_centre_has_the_modes_of_two_bodies"
+STIFF = "physics/test_effects_modes.py::test_a_stiff_appendage_on_a_turning_body_is_a_mass_on_springs"
 SPRING = "physics/test_effects.py::test_a_mass_on_a_spring_is_two_masses"
 COUNTED = "physics/test_actuators.py::test_pulses_have_the_impulse_of_their_command"
 OPENED = "user_code/test_user_allocations.py"
@@ -115,6 +119,11 @@ MUTANTS = (
     Mutant("no reaction in the tension", SLOSH, "(1.0 / body.mass + dot(", "(0.0 / body.mass + dot(", PENDULUM),
     Mutant("no Coriolis term in the tension", SLOSH, "cross(body.rate, x.rate) * (2.0 * l)) - l", "cross(body.rate, x.rate) * l) - l", PENDULUM),
     Mutant("damping without its torque", SLOSH, "alpha = body.free_alpha + apply(", "alpha = body.free_alpha + 0.0 * apply(", PENDULUM),
+    Mutant("a tension of a body that does not turn", SLOSH, "dot(lever, apply(body.inertia_inverse, lever))", "0.0 * dot(lever, lever)", PENDULUM),
+    Mutant("a bob that does not feel the body turn", SLOSH, "accel + turned(body.rate, alpha, place(x, numbers))", "accel + turned(body.rate, alpha * 0.0, place(x, numbers))", SWING),
+    Mutant("an appendage that does not feel the body turn", EFFECT, "cross(alpha, arm) + cross(rate, cross(rate, arm))", "cross(rate, cross(rate, arm))", MODES),
+    Mutant("an appendage without centrifugal acceleration", EFFECT, "cross(alpha, arm) + cross(rate, cross(rate, arm))", "cross(alpha, arm)", STIFF),
+    Mutant("the moment of the appendage the other way", APPENDAGE, "cross(numbers.place_m, force)", "cross(force, numbers.place_m)", MODES),
     Mutant("no reaction of the appendage", APPENDAGE, "force = pull(x, numbers) * numbers.modal_mass_kg", "force = pull(x, numbers) * 0.0", SPRING),
     Mutant("half the damping of an appendage", APPENDAGE, "2.0 * numbers.damping * w * v", "numbers.damping * w * v",
            "physics/test_effects.py::test_damping_is_that_of_the_held_body"),
