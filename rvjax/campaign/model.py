@@ -185,6 +185,11 @@ class Spec(Model):
         example=[{"use": "noise", "position_m": 0.01}],
         doc="errors between the true motion and what the controller sees",
     )
+    guidance: Annotated[Choice, OneChoice()] = part(
+        default={"use": "direct"},
+        example={"use": "corridor", "gate_m": 8},
+        doc="where the controller shall be at an instant: the point that it regulates to",
+    )
     controller: Annotated[Choice, OneChoice()] = part(example={"use": "pd-plus"}, doc="the controller under test")
     baselines: Annotated[tuple[Choice, ...], ListOfChoices()] = part(
         default=[], example=[{"use": "pd-plus", "name": "plain"}], doc="controllers that fly the same draws, for comparison"
@@ -288,7 +293,7 @@ class Spec(Model):
     def flying(self) -> tuple[Choice, ...]:
         """Every component whose numbers a flight gets."""
         around = (*self.actuation, *self.faults, *self.disturbances, *self.effects)
-        return (self.controller, *around, *self.navigation, *self.metrics)
+        return (self.controller, self.guidance, *around, *self.navigation, *self.metrics)
 
     @property
     def components(self) -> tuple[Choice, ...]:

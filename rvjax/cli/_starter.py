@@ -47,6 +47,7 @@ TEMPLATES: Mapping[str, Template] = {
     "fault": Template("faults", "  - {use: ./FILE, onset_s: {uniform: [30, 150]}}", "\ncontroller:"),
     "disturbance": Template("disturbances", "  - {use: ./FILE}", "\nfaults:"),
     "navigation": Template("navigation", "navigation: [{use: ./FILE}]\n", "capture:"),
+    "guidance": Template("guidance", "guidance: {use: ./FILE}\n", "capture:"),
     "metric": Template("metrics", "metrics: [{use: ./FILE}]\n", "capture:"),
 }
 """Option of `rvjax init` → what it writes; the file is the template of that name."""

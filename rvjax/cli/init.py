@@ -27,6 +27,7 @@ def command(
     fault: Annotated[Path | None, _file("a fault")] = None,
     disturbance: Annotated[Path | None, _file("a disturbance")] = None,
     navigation: Annotated[Path | None, _file("a navigation error")] = None,
+    guidance: Annotated[Path | None, _file("a guidance")] = None,
     metric: Annotated[Path | None, _file("a metric")] = None,
     as_json: Json = False,
 ) -> int:
@@ -45,6 +46,7 @@ def command(
         "fault": fault,
         "disturbance": disturbance,
         "navigation": navigation,
+        "guidance": guidance,
         "metric": metric,
     }
     output = Output(as_json)

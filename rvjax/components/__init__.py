@@ -8,6 +8,7 @@ What a component of a user is written with:
     Effect                             what moves in the pursuer; Body: what it gets
     Disturbance                        a force and a torque; Wrench, Scene: what it gives and gets
     NavigationError                    the measured motion; Motion: what it gives and gets
+    Guidance, GuidanceParameters       the point that the controller follows; Course, Approach: what it gives and gets
     Metric                             a value of every flight; Instant: what it gets
     Saturation                         how a command is limited
     Allocation                         how a wrench becomes thrusts; Thrusters: what it gets
@@ -36,24 +37,30 @@ if TYPE_CHECKING:
     from rvjax.components.forms.disturbance import Disturbance, Scene
     from rvjax.components.forms.effect import Body, Effect
     from rvjax.components.forms.fault import Fault, FaultParameters
+    from rvjax.components.forms.guidance import Approach, Course, Guidance
     from rvjax.components.forms.measured import Measured
     from rvjax.components.forms.metric import Instant, Metric
     from rvjax.components.forms.navigation import Motion, NavigationError
     from rvjax.components.forms.saturation import Saturation
     from rvjax.components.forms.signal import Signal
+    from rvjax.components.guidance.interface import GuidanceParameters
 
 __all__ = [
     "Actuator",
     "Allocation",
+    "Approach",
     "Body",
     "Clock",
     "Command",
     "Controller",
+    "Course",
     "DiscreteController",
     "Disturbance",
     "Effect",
     "Fault",
     "FaultParameters",
+    "Guidance",
+    "GuidanceParameters",
     "Instant",
     "Measured",
     "Metric",
@@ -79,15 +86,19 @@ _FIELDS, _FORMS = "rvjax.campaign.fields", "rvjax.components.forms"
 _ORIGIN = {
     "Actuator": f"{_FORMS}.actuator",
     "Allocation": f"{_FORMS}.allocation",
+    "Approach": f"{_FORMS}.guidance",
     "Body": f"{_FORMS}.effect",
     "Clock": f"{_FORMS}.actuator",
     "Command": f"{_FORMS}.controller",
     "Controller": f"{_FORMS}.controller",
+    "Course": f"{_FORMS}.guidance",
     "DiscreteController": f"{_FORMS}.discrete_controller",
     "Disturbance": f"{_FORMS}.disturbance",
     "Effect": f"{_FORMS}.effect",
     "Fault": f"{_FORMS}.fault",
     "FaultParameters": "rvjax.components.faults.interface",
+    "Guidance": f"{_FORMS}.guidance",
+    "GuidanceParameters": "rvjax.components.guidance.interface",
     "Instant": f"{_FORMS}.metric",
     "Measured": f"{_FORMS}.measured",
     "Metric": f"{_FORMS}.metric",

@@ -24,7 +24,7 @@ from rvjax.components.user_mistakes import UserMistake, given_by
 from rvjax.errors import CampaignError, Finding, UsageError
 
 FAMILIES = (
-    *("actuators", "allocations", "controllers", "disturbances", "effects", "faults"),
+    *("actuators", "allocations", "controllers", "disturbances", "effects", "faults", "guidance"),
     *("metrics", "navigation", "samplers", "saturations", "searches"),
 )
 
@@ -36,6 +36,7 @@ FAMILY_OF = {
     "disturbances": "disturbances",
     "effects": "effects",
     "navigation": "navigation",
+    "guidance": "guidance",
     "metrics": "metrics",
     "saturation": "saturations",
     "actuators.allocation": "allocations",
@@ -163,6 +164,7 @@ _INTERFACES = {
     "faults": "a Fault of rvjax.components.faults.interface",
     "disturbances": "a Disturbance of rvjax.components.disturbances.interface",
     "navigation": "a NavigationError of rvjax.components.navigation.interface",
+    "guidance": "a Guidance of rvjax.components.guidance.interface",
     "saturations": "a function",
 }
 """What `build` gives, by family."""
@@ -237,6 +239,7 @@ _EXAMPLES = {
     "faults": "FAULT = Fault(Parameters, failed)",
     "disturbances": "DISTURBANCE = Disturbance(Parameters, push)",
     "navigation": "NAVIGATION = NavigationError(Parameters, see)",
+    "guidance": "GUIDANCE = Guidance(Parameters, course)",
     "metrics": "METRIC = Metric(Parameters, columns, start, update)",
     "saturations": "SATURATION = Saturation(limited)",
     "allocations": "ALLOCATION = Allocation(Parameters, shares)",

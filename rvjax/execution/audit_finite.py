@@ -46,6 +46,8 @@ def _at_the_start(problem: Problem, drawn: Drawn) -> Iterator[tuple[Place, str]]
     for index, _ in enumerate(problem.spec.navigation):
         if not _finite(step.measured):
             yield ("navigation", index), "the measured motion"
+    if not _finite(step.path):
+        yield ("guidance",), "the reference point"
     if not _finite(control):
         yield ("controller",), "the state of the controller at t = 0"
     for name, value in step.report.signals.items():

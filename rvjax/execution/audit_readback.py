@@ -84,6 +84,7 @@ def _direct(problem: Problem, draws: Draws, numbers: Drawn) -> Iterator[ReadBack
         (problem.faults, numbers.faults),
         (problem.disturbances, numbers.disturbances),
         (problem.navigation, numbers.navigation),
+        ((problem.guidance,), (numbers.guidance,)),
         (problem.actuation, numbers.actuation),
         (problem.effects, numbers.effects),
         (problem.chosen, numbers.context.chosen),

@@ -35,7 +35,7 @@ FLYING = (
     *("campaign", "elementary", "physics", "simulation", "stats/random_streams.py"),
     "components/user_code.py",
     *(f"components/{family}" for family in ("actuators", "allocations", "controllers", "disturbances", "effects")),
-    *(f"components/{family}" for family in ("faults", "forms", "metrics", "navigation", "samplers", "saturations")),
+    *(f"components/{family}" for family in ("faults", "forms", "guidance", "metrics", "navigation", "samplers", "saturations")),
 )
 """Parts of this package that a flight depends on: their source is part of the identity. A test walks the imports of what flies
 and finds nothing outside of them."""

@@ -64,6 +64,21 @@ class PointMotion(NamedTuple):
     accel: Vector
 
 
+class Path(NamedTuple):
+    """A reference point since t [s]: p(t) from the docking point [m], ṗ [m/s], p̈ [m/s²], in T."""
+
+    t: Scalar
+    point: Vector
+    velocity: Vector
+    accel: Vector
+
+    def at(self, t: Scalar) -> Path:
+        """p + ṗτ + ½p̈τ² and ṗ + p̈τ, τ: the time since."""
+        since = t - self.t
+        velocity = self.velocity + self.accel * since
+        return Path(t, self.point + (self.velocity + velocity) * (0.5 * since), velocity, self.accel)
+
+
 class Measurement(NamedTuple):
     """The input of a controller: the measured motion, the data that a cooperative target sends, and nominal limits.
 
@@ -116,7 +131,7 @@ class Step(NamedTuple):
     disturbance: added to it [N, N·m]. thrusts: after the faults [N], empty without thrusters. effects: of each effect its state
     and its signals. total: applied wrench, disturbances and effects, about the centre of mass, in P [N, N·m]. tank: empty in a
     campaign without propellant; with it, plant has the mass, inertia and centre of the instant. ages: time since the last
-    measurement [s], of each navigation error that interrupts it.
+    measurement [s], of each navigation error that interrupts it. path: of the reference point of the guidance, empty without.
     """
 
     t: Scalar
@@ -134,6 +149,7 @@ class Step(NamedTuple):
     total: Channels | tuple[()] = ()
     tank: Tank | tuple[()] = ()
     ages: tuple[Scalar, ...] = ()
+    path: Path | tuple[()] = ()
 
 
 class State(NamedTuple):

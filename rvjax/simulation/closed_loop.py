@@ -1,5 +1,5 @@
-"""The closed loop: navigation ▸ controller ▸ saturation ▸ actuators ▸ faults ▸ (+ disturbances, effects) ▸ dynamics, of a single
-sample at a single instant.
+"""The closed loop: navigation ▸ guidance ▸ controller ▸ saturation ▸ actuators ▸ faults ▸ (+ disturbances, effects) ▸ dynamics,
+of a single sample at a single instant.
 
 ẏ = rate(t, y),   y = (relative motion, target motion, state of the controller)
 u = F(t, h(v)),   total wrench = u + d(t, y)
@@ -12,8 +12,8 @@ After the faults too a thrust lies between 0 and f_max.
 
 With propellant (`rvjax.physics.propellant`) ṁ_c is a part of ẏ, and mass, inertia and centre of mass are those of the instant.
 
-Faults, disturbances and navigation errors may have a memory, and a controller may be sampled. All of this is updated at the start
-of a step and held during the step, so every stage of the integration sees the same smooth right-hand side.
+Faults, disturbances, navigation errors and the guidance may have a memory, and a controller may be sampled. All of this is
+updated at the start of a step and held during the step, so every stage of the integration sees the same smooth right-hand side.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ from rvjax.components.controllers.interface import Controller, DiscreteControlle
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.effects.interface import Effect
 from rvjax.components.faults.interface import Fault
+from rvjax.components.guidance import interface as guidance
+from rvjax.components.guidance.interface import Guidance, Guided, Situation
 from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.navigation.interface import Known, NavigationError
 from rvjax.physics.dynamics import motion_rate, relative, target_alpha, target_rate
@@ -44,7 +46,7 @@ class Loop(NamedTuple):
     """Structure: the functions that close the loop. Fixed when the flight is compiled.
 
     sampling: steps between two instants of a sampled or discrete-time controller; 0: it is continuous. gear: the thrusters, None
-    without them.
+    without them. guidance: None where the controller regulates to the docking point.
     """
 
     controller: Controller | DiscreteController
@@ -56,6 +58,7 @@ class Loop(NamedTuple):
     actuation: tuple[Actuator, ...] = ()
     effects: tuple[Effect, ...] = ()
     gear: ThrusterSystem | None = None
+    guidance: Guidance | None = None
 
 
 class Drawn(NamedTuple):
@@ -75,17 +78,14 @@ class Drawn(NamedTuple):
     actuation: tuple[Numbers, ...] = ()
     effects: tuple[Numbers, ...] = ()
     propellant: Propellant | tuple[()] = ()
+    guidance: Numbers = Numbers({})
 
 
 class Sampled(NamedTuple):
-    """The measurement of a sampled controller at its last instant, and its command v since then. told: ω̇_t and the docking point
-    of the measurement, where a navigation error changes what is known of the target."""
+    """The measurement of a sampled controller at its last instant, and its command v since then."""
 
-    t: Scalar
-    motion: Motion
-    target: TargetMotion
+    view: Measurement
     command: Channels
-    told: tuple[Vector, Vector] | tuple[()] = ()
 
 
 class Discrete(NamedTuple):
@@ -99,9 +99,10 @@ class Discrete(NamedTuple):
 class Held(NamedTuple):
     """Values that are updated at the start of a step and held during it.
 
-    faults, disturbances, navigation, actuation: memories of the components, in the order of the campaign. control: the last
-    sample of a sampled or discrete-time controller, empty if it is continuous. solved: the solution of the allocation, empty
-    without thrusters. fed: 1 while there is propellant, else 0; empty in a campaign without propellant."""
+    faults, disturbances, navigation, actuation: memories of the components, in the order of the campaign; guidance: of the
+    guidance, empty without. control: the last sample of a sampled or discrete-time controller, empty if it is continuous. solved:
+    the solution of the allocation, empty without thrusters. fed: 1 while there is propellant, else 0; empty in a campaign without
+    propellant."""
 
     faults: tuple[Any, ...]
     disturbances: tuple[Any, ...]
@@ -110,6 +111,7 @@ class Held(NamedTuple):
     solved: Any = ()
     actuation: tuple[Any, ...] = ()
     fed: Scalar | tuple[()] = ()
+    guidance: Guided | tuple[()] = ()
 
 
 def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
@@ -124,9 +126,12 @@ def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
         navigation.append(error.start(first, error.given(numbers, known)))
         first, known, _ = through(error, tick.t, first, known, navigation[-1], numbers, tick=tick)
     view = measurement(tick.t, first, known.target, known.alpha_t, drawn, known.port)
+    guided: Guided | tuple[()] = ()
+    if loop.guidance is not None:
+        guided = guidance.started(loop.guidance, situation(view, drawn), drawn.guidance)
+        view = guidance.followed(view, guided.path)
     integrated = loop.controller.start(view, drawn.gains)
-    told = (view.alpha_t, view.port) if any(error.knows for error in loop.navigation) else ()
-    sample: Sampled | Discrete | tuple[()] = Sampled(tick.t, first, view.target, zero, told) if loop.sampling else ()
+    sample: Sampled | Discrete | tuple[()] = Sampled(view, zero) if loop.sampling else ()
     if isinstance(loop.controller, DiscreteController):
         integrated, sample = (), _before_its_first_instant(loop.controller, loop, drawn, view, integrated)
     consumed = drawn.context.step_s * 0.0 if isinstance(drawn.propellant, Propellant) else ()
@@ -138,6 +143,7 @@ def start(loop: Loop, drawn: Drawn) -> tuple[State, Held]:
         solved=loop.gear.allocation.idle(zero) if loop.gear is not None else (),
         actuation=tuple(actuator.start(idle, numbers) for actuator, numbers in zip(loop.actuation, drawn.actuation, strict=True)),
         fed=feeds(drawn.propellant, consumed) if isinstance(drawn.propellant, Propellant) else (),
+        guidance=guided,
     )
     effects = tuple(effect.start(numbers) for effect, numbers in zip(loop.effects, drawn.effects, strict=True))
     return State(motion, drawn.target, integrated, effects, consumed), held
@@ -149,7 +155,8 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
     alpha_t = alpha(y.target, plant)
     truth = Known(y.target, alpha_t, plant.port)
     motion, told, navigation = measured(loop, drawn, t, y.motion, truth, held.navigation, tick=tick)
-    view = measurement(t, motion, told.target, told.alpha_t, drawn, told.port)
+    seen = measurement(t, motion, told.target, told.alpha_t, drawn, told.port)
+    view, guided = referred(loop, drawn, seen, held.guidance, tick)
     actuators = partial(saturate, loop.saturation, upper=plant.upper, lower=plant.lower)
     response, control = commands(loop, drawn, view, y.control, actuators, held.control, tick=tick)
 
@@ -174,9 +181,11 @@ def evaluate(loop: Loop, drawn: Drawn, t: Scalar, y: State, held: Held, tick: Ti
     )
     command = response.command
     step = Step(t, y.motion, motion, y.target, plant, command, commanded, applied, disturbance, response.report, thrusts)
+    path = guided.path.at(t) if isinstance(guided, Guided) else ()
     step = step._replace(effects=tuple(zip(y.effects, signals, strict=True)), tank=tank, total=wrench)
-    step = step._replace(ages=ages(loop, t, navigation))
-    return rate, step, acted._replace(disturbances=disturbances, navigation=navigation, control=control, fed=fed)
+    step = step._replace(ages=ages(loop, t, navigation), path=path)
+    kept = {"disturbances": disturbances, "navigation": navigation, "control": control, "fed": fed, "guidance": guided}
+    return rate, step, acted._replace(**kept)
 
 
 def present(
@@ -230,6 +239,22 @@ def ages(loop: Loop, t: Scalar, memories: tuple[Any, ...]) -> tuple[Scalar, ...]
     return tuple(error.age(t, memory) for error, memory in pairs if error.age is not None)
 
 
+def situation(view: Measurement, drawn: Drawn) -> Situation:
+    """What the guidance knows: the measurement relative to the docking point, and the docking axis."""
+    return Situation(view.t, view.motion, view.target, view.alpha_t, view.port, drawn.context.axis)
+
+
+def referred(
+    loop: Loop, drawn: Drawn, view: Measurement, memory: Guided | tuple[()], tick: Tick | None
+) -> tuple[Measurement, Guided | tuple[()]]:
+    """The measurement relative to the reference point of the guidance, and the memory; without guidance as they are."""
+    if loop.guidance is None or not isinstance(memory, Guided):
+        return view, memory
+    if tick is not None:
+        memory = guidance.kept(loop.guidance, tick, situation(view, drawn), memory, drawn.guidance)
+    return guidance.followed(view, memory.path.at(view.t)), memory
+
+
 def _before_its_first_instant(
     controller: DiscreteController, loop: Loop, drawn: Drawn, view: Measurement, state: Any
 ) -> Discrete:
@@ -269,11 +294,8 @@ def commands(
     def latest(new: Any, old: Any) -> Any:
         return jax.tree.map(lambda a, b: jnp.where(due, a, b), new, old)
 
-    told = (view.alpha_t, view.port) if control.told else ()
-    last = latest(Sampled(view.t, view.motion, view.target, control.command, told), control)
-    alpha_t, port = last.told or (alpha(last.target, drawn.plant), None)
-    last_view = measurement(last.t, last.motion, last.target, alpha_t, drawn, port)
-    response = controller.respond(last_view, state, actuators, drawn.gains)
+    last = latest(Sampled(view, control.command), control)
+    response = controller.respond(last.view, state, actuators, drawn.gains)
     command = latest(response.command, control.command)
     return response._replace(command=command), last._replace(command=command)
 

@@ -191,6 +191,7 @@ def _drawn(problem: Problem, draws: Draws) -> Drawn:
         actuation=tuple(draws.numbers(part) for part in problem.actuation),
         effects=tuple(draws.numbers(part) for part in problem.effects),
         gains=draws.numbers(problem.controller, below="gains"),
+        guidance=draws.numbers(problem.guidance),
         context=_context(problem, draws, port, faults),
         propellant=_propellant(spec, draws),
     )

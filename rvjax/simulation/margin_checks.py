@@ -48,15 +48,16 @@ class AvailableSignals:
         navigation: Mapping[str, NavigationError | None],
         thrusters: int | None,
         propellant: bool,
+        guided: bool = False,
     ) -> AvailableSignals:
         """controller, effects, navigation: None where a part of the campaign is wrong. effects, navigation: in the order of the
-        campaign. propellant: whether the pursuer has propellant."""
+        campaign. propellant: whether the pursuer has propellant; guided: whether a guidance moves the reference point."""
         moving = {name: (choice[0], moved(*choice)) for name, choice in effects.items() if choice is not None}
         interrupted = interrupting({name: error for name, error in navigation.items() if error is not None})
 
         def signals(choice: ControllerChoice | None) -> dict[str, Signal]:
             meanings, values = ({}, {}) if choice is None else (choice[0].signals, reported(*choice))
-            fixed = bool(navigation), thrusters or 0, moving, propellant, interrupted
+            fixed = bool(navigation), thrusters or 0, moving, propellant, interrupted, guided
             return recorded(meanings, values, *fixed) | derived()
 
         others = {name: signals(choice) for name, choice in baselines.items()}

@@ -44,6 +44,7 @@ class Outline:
     actuators: tuple[str, ...]
     layout: Layout | None
     navigation: tuple[str, ...]
+    guided: bool
     duration_s: float | None
     margins: Any
     metric_uses: tuple[tuple[Place, Mapping[str, Any]], ...]
@@ -64,6 +65,7 @@ class Outline:
             actuators=actuator_names(actuators, layout),
             layout=layout,
             navigation=_names(campaign.get("navigation")),
+            guided=value_of(campaign, ("guidance", "use")) not in (None, "direct"),
             duration_s=duration if isinstance(duration, (int, float)) else None,
             margins=campaign.get("margins"),
             metric_uses=tuple(_metric_uses(campaign)),

@@ -4,6 +4,8 @@
     estimate     the bounds of an estimate exclude drawn values of the true parameter, in the first samples of the campaign
     disturbance  a drawn disturbance is above the ceiling of its estimated bound, or above the limit of the actuators
     braking      the approach brakes with (3√3/16) k₁ v_max, more than BRAKING times what the actuators give the nominal mass
+    guidance     the reference point speeds up by more than the actuators give the nominal mass, never flies the speed that it is
+                 given, or ends at a waypoint from which no sample is captured
     density      m₀/(4/3 π R³), of the ball with the nominal mass and inertia (R² = 5/2 J₀/m₀), is outside of DENSITIES
     thrusters    the farthest thruster is more than FAR radii R from the reference point, or nearer than R/FAR
 
@@ -24,8 +26,10 @@ from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.choice import Choice
 from rvjax.campaign.declarations import declared
 from rvjax.campaign.nominal_body import NominalBody
-from rvjax.campaign.plain_values import exact, is_mapping
+from rvjax.campaign.plain_values import Place, exact, is_mapping
 from rvjax.campaign.reference_body import UNITS
+from rvjax.components.guidance.interface import GuidanceParameters
+from rvjax.components.guidance.waypoints import Parameters as Waypoints
 from rvjax.components.registry import component
 from rvjax.errors import Finding
 from rvjax.simulation.batch import LANES
@@ -48,7 +52,7 @@ def warnings(problem: Problem) -> tuple[Finding, ...]:
     spec = problem.spec
     body = NominalBody.of(spec.pursuer)
     _, drawn = Draws.of(problem, np.arange(min(spec.samples, LANES), dtype=np.int64))
-    found = [*_density(spec, body), *_thrusters(spec, body), *_disturbances(spec, drawn)]
+    found = [*_density(spec, body), *_thrusters(spec, body), *_disturbances(spec, drawn), *_guidance(problem, body)]
     for choice in (spec.controller, *spec.baselines):
         form = component("controllers", choice.use).parameters
         model = form.model_validate(body.complete(form, choice.parameters))
@@ -157,8 +161,7 @@ def _braking(spec: Spec, choice: Choice, gains: Mapping[str, Quantity], body: No
     if not {"k1", "v_max_m_s"} <= gains.keys():
         return
     k1, speed = gains["k1"].medians[0], gains["v_max_m_s"].medians[0]
-    force = min(*spec.actuators.upper.medians[:3], *spec.actuators.lower.medians[:3])
-    wanted, able = 3.0 * math.sqrt(3.0) / 16.0 * k1 * speed, force / body.mass
+    wanted, (force, able) = 3.0 * math.sqrt(3.0) / 16.0 * k1 * speed, _able(spec, body)
     if wanted > BRAKING * able:
         message = (
             f"the approach brakes with up to {wanted:.3g} m/s², but {force:.4g} N give {body.mass:g} kg only {able:.3g} m/s²: "
@@ -167,6 +170,48 @@ def _braking(spec: Spec, choice: Choice, gains: Mapping[str, Quantity], body: No
         most = _at_most(able * 16.0 / (3.0 * math.sqrt(3.0)))
         right = f"right would be k1 times v_max_m_s of at most {most} m/s², or stronger actuators"
         yield spec.source.finding((*choice.path, "gains", "k1"), message, right)
+
+
+def _able(spec: Spec, body: NominalBody) -> tuple[float, float]:
+    """The smallest limit of the forces [N], and what it gives the nominal mass [m/s²]."""
+    force = min(*spec.actuators.upper.medians[:3], *spec.actuators.lower.medians[:3])
+    return force, force / body.mass
+
+
+def _guidance(problem: Problem, body: NominalBody) -> Iterator[Finding]:
+    spec, model = problem.spec, problem.guidance.parameters
+    if not isinstance(model, GuidanceParameters):
+        return
+    place, (force, able) = spec.guidance.path, _able(spec, body)
+    (accel,), (follows,) = model.acceleration.medians, model.time_constant_s.medians
+    if accel > able:
+        message = (
+            f"the reference point speeds up with {accel:.3g} m/s², but {force:.4g} N give {body.mass:g} kg only {able:.3g} m/s²"
+        )
+        yield spec.source.finding((*place, "acceleration"), message, f"right would be at most {_at_most(able)} m/s²")
+    slope = model.quantities().get("slope")
+    steep = min(slope.medians[0], 0.25 / follows) if slope is not None else 0.0
+    for at, speed in _speeds(model):
+        if speed * steep > accel * (1.0 + 1e-9):
+            message = f"the reference point flies {accel / steep:.3g} m/s at most: from {speed:g} m/s it could not brake in time"
+            right = f"right would be {_at_most(accel / steep)} m/s, a smaller slope or a larger acceleration"
+            yield spec.source.finding((*place, *at), message, right)
+    if isinstance(model, Waypoints):
+        last, away = model.points[-1], math.hypot(*model.points[-1].at_m)
+        if last.frame == "lvlh" or away > spec.capture.position_m:
+            found = "fixed in LVLH" if last.frame == "lvlh" else f"{away:g} m from the docking point"
+            message = f"the last waypoint is {found}: no sample is captured"
+            right = "right would be {frame: port, at_m: [0, 0, 0], …}, unless holding is what is studied"
+            yield spec.source.finding((*place, "points", len(model.points) - 1), message, right)
+
+
+def _speeds(model: GuidanceParameters) -> Iterator[tuple[Place, float]]:
+    """The largest speeds of a reference point, each with its place."""
+    if isinstance(model, Waypoints):
+        yield from ((("points", index, "speed_m_s"), point.speed_m_s) for index, point in enumerate(model.points))
+    for name in ("far_speed_m_s", "speed_m_s"):
+        if (quantity := model.quantities().get(name)) is not None:
+            yield (name,), quantity.medians[0]
 
 
 def _at_most(value: float) -> str:

@@ -31,7 +31,7 @@ from rvjax.components.navigation.interface import NavigationError
 from rvjax.components.registry import FAMILY_OF, Component, component, members, standard_metrics
 from rvjax.errors import CampaignError, Finding, UsageError
 from rvjax.physics.thruster_allocation import ThrusterSystem, wrench
-from rvjax.simulation import jax_config, requirement_checks
+from rvjax.simulation import guidance_checks, jax_config, requirement_checks
 from rvjax.simulation.chosen_metrics import with_chosen
 from rvjax.simulation.closed_loop import Loop
 from rvjax.simulation.dispersions import Dispersions, resolve
@@ -67,8 +67,8 @@ class Part:
 class Problem:
     """A campaign, ready to draw and fly.
 
-    loop, metrics: the compiled functions. controller, faults, disturbances, navigation: the quantities of their functions.
-    actuation, effects: those of the actuators and the effects. chosen: those of the metrics that the campaign chooses.
+    loop, metrics: the compiled functions. controller, guidance, faults, disturbances, navigation: the quantities of their
+    functions. actuation, effects: those of the actuators and the effects. chosen: those of the metrics that the campaign chooses.
     margins: the numbers of the temporal margins. dispersions: how numbers are drawn. fingerprint: SHA-256 of all that determines
     the draws and the flights. structure: SHA-256 of all that determines the compiled program.
     """
@@ -77,6 +77,7 @@ class Problem:
     loop: Loop
     metrics: tuple[Metric, ...]
     controller: Part
+    guidance: Part
     faults: tuple[Part, ...]
     disturbances: tuple[Part, ...]
     navigation: tuple[Part, ...]
@@ -203,6 +204,8 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
         accepted = f"accepted: one effect whose reaction depends on the acceleration, beside {implicit[0].name} none"
         found = f"{implicit[1].use} and {implicit[0].use} each need the acceleration that the other changes"
         raise CampaignError([spec.source.finding(implicit[1].path, found, accepted)])
+    if wrong := [*guidance_checks.findings(spec, parameters[spec.guidance.path], build[spec.guidance.path])]:
+        raise CampaignError(wrong)
     dispersions = resolve(spec, spec.quantities() | drawn, sampler.build(parameters[spec.sampler.path]))
     if wrong := requirement_checks.findings(spec, dispersions.columns):
         raise CampaignError(wrong)
@@ -217,11 +220,13 @@ def _resolve(spec: Spec, parameters: Mapping[Place, Model], metrics: tuple[Metri
             navigation=tuple(build[choice.path] for choice in spec.navigation),
             actuation=tuple(build[choice.path] for choice in spec.actuation),
             effects=tuple(build[choice.path] for choice in spec.effects),
+            guidance=build[spec.guidance.path],
             sampling=sampling,
             gear=_gear(spec.actuators, parameters) if isinstance(spec.actuators, Thrusters) else None,
         ),
         metrics=metrics,
         controller=part[spec.controller.path],
+        guidance=part[spec.guidance.path],
         faults=tuple(part[choice.path] for choice in spec.faults),
         disturbances=tuple(part[choice.path] for choice in spec.disturbances),
         navigation=tuple(part[choice.path] for choice in spec.navigation),
@@ -301,6 +306,7 @@ _OWN = {
     "faults": ("a fault", "fault"),
     "disturbances": ("a disturbance", "disturbance"),
     "navigation": ("a navigation error", "navigation"),
+    "guidance": ("a guidance", "guidance"),
     "metrics": ("a metric", "metric"),
 }
 """Section → what a user's file can hold for it, and the option of `rvjax init` that writes such a file."""
@@ -352,6 +358,7 @@ def _available_signals(outline: Outline, parameters: Mapping[Place, Model]) -> A
         errors,
         thrusters if outline.actuators else None,
         outline.has("pursuer.propellant"),
+        outline.guided,
     )
 
 

@@ -2,6 +2,7 @@
 
     docked    the hulls are apart at ρ = 0, σ = 0      in the draws of the first samples
     start     the hulls are apart at t = 0             in the draws of the first samples
+    gate      the guidance goes round the target outside of the keep-out zone      in the draws of the first samples
     keep-out  no start lies inside the zone and outside of the approach cone, for every possible draw
 
 The last is decided from the supports of the distributions (`rvjax.simulation.start_zone`). A drawn attitude turns the start
@@ -26,6 +27,7 @@ from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
+from rvjax.simulation.guidance_checks import gate_in_the_zone
 from rvjax.simulation.problem import Problem
 from rvjax.simulation.start_frames import lvlh_axes, port_axes
 from rvjax.simulation.start_zone import Starts, Zone, forbidden
@@ -44,7 +46,8 @@ def findings(problem: Problem) -> list[Finding]:
     if target.hull is None and target.keep_out is None:
         return []
     _, drawn = Draws.of(problem, np.arange(min(problem.spec.samples, LANES), dtype=np.int64))
-    return [*_hulls(problem, drawn), *_keep_out(problem, drawn)]
+    gate = gate_in_the_zone(problem.spec, problem.guidance.parameters, drawn)
+    return [*_hulls(problem, drawn), *gate, *_keep_out(problem, drawn)]
 
 
 def _hulls(problem: Problem, drawn: Drawn) -> Iterator[Finding]:

@@ -74,15 +74,17 @@ def recorded(
     effects: Mapping[str, tuple[Effect, Any]] | None = None,
     propellant: bool = False,
     interrupted: Sequence[str] = (),
+    guided: bool = False,
 ) -> dict[str, Signal]:
     """The columns of a trace, by name and in their order; everything in SI, frames as in `rvjax.physics.state`.
 
     meanings: of the declared signals of the controller; values: a value of each signal, whose type says its components. measured:
     include the measured motion. thrusters: their number. effects: name → (effect, its state and its signals at an instant).
     propellant: include what is left of it, and the mass and the centre of mass of the instant.
-    interrupted: the navigation errors with times without a new measurement.
+    interrupted: the navigation errors with times without a new measurement. guided: include the reference point of the guidance.
     """
     signals = [Signal(Column("t_s", "s", "time"), lambda step: step.t), *_motion(measured), *_wrenches()]
+    signals += _path() if guided else []
     for i in range(thrusters):
         column = Column(f"thrust_t{i + 1}_N", "N", f"thrust of t{i + 1} behind the faults")
         signals.append(Signal(column, lambda step, i=i: thrusts(step)[i]))
@@ -150,6 +152,17 @@ def _motion(measured: bool) -> list[Signal]:
     return [
         Signal(Column(form.format(axis), unit, f"{symbol}: {text}"), attrgetter(f"{place}.{axis}"))
         for form, (unit, text, symbol, place) in vectors.items()
+        for axis in AXES
+    ]
+
+
+def _path() -> list[Signal]:
+    return [
+        Signal(Column(f"ref_{axis}{unit}", of, f"{text} of the reference point, in T"), attrgetter(f"path.{place}.{axis}"))
+        for place, unit, of, text in (
+            ("point", "_m", "m", "place from the docking point"),
+            ("velocity", "_m_s", "m/s", "velocity"),
+        )
         for axis in AXES
     ]
 

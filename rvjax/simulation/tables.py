@@ -17,7 +17,7 @@ from rvjax.columns import CHANNELS, Column, draw_column, metric_column
 from rvjax.components.effects.interface import Effect
 from rvjax.components.metrics.collision import COLLISION_TIME
 from rvjax.components.metrics.interface import Metric
-from rvjax.physics.state import Step, Tank
+from rvjax.physics.state import Path, Step, Tank
 from rvjax.physics.vectors import Channels
 from rvjax.simulation.batch import Flown
 from rvjax.simulation.draws import Draws
@@ -109,8 +109,8 @@ def trace_tables(
     (samples,) = steps[0].motion.rho.x.shape
     flat: Step = jax.tree.map(lambda *each: np.concatenate(each), *steps)
     moving = {name: (effect, flat.effects[index]) for index, (name, effect) in enumerate((effects or {}).items())}
-    burning = isinstance(flat.tank, Tank)
-    columns = recorded(signals, flat.report.signals, measured, len(thrusts(flat)), moving, burning, interrupted)
+    burning, guided = isinstance(flat.tank, Tank), isinstance(flat.path, Path)
+    columns = recorded(signals, flat.report.signals, measured, len(thrusts(flat)), moving, burning, interrupted, guided)
     rows = len(steps) * samples
     data = {name: np.broadcast_to(signal.get(flat), rows).reshape(len(steps), samples) for name, signal in columns.items()}
     none = Channels.of((np.full(samples, np.nan),) * len(CHANNELS))

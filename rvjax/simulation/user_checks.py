@@ -22,6 +22,7 @@ from rvjax.components import user_code
 from rvjax.components.actuators.interface import Limits
 from rvjax.components.controllers.interface import DiscreteController
 from rvjax.components.forms.controller import unlimited
+from rvjax.components.guidance import interface as guidance
 from rvjax.components.metrics.interface import MetricContext
 from rvjax.components.navigation.interface import Known
 from rvjax.components.registry import Component
@@ -180,6 +181,17 @@ def _navigation(built: Any, layout: Layout | None, given_numbers: Numbers, given
     return built.see(given.t, given.motion, memory, informed), known, age
 
 
+def _guidance(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
+    del layout
+    view = given.measurement
+    if built is None:  # direct
+        return view.motion
+    seen = guidance.Situation(view.t, view.motion, view.target, view.alpha_t, view.port, given.context.axis)
+    begun = guidance.started(built, seen, given_numbers)
+    memory = guidance.kept(built, given.tick, seen._replace(t=given.tick.t), begun, given_numbers)
+    return guidance.followed(view, memory.path.at(given.tick.t + given.tick.h)), memory.kept
+
+
 def _actuator(built: Any, layout: Layout | None, given_numbers: Numbers, given: Arguments) -> Any:
     u = _thrusts(layout, given) if layout else given.wrench
     most = _thrusts(layout, given) if layout else given.plant.upper
@@ -221,6 +233,7 @@ _TRACED: Mapping[str, Callable[..., Any]] = {
     "faults": _fault,
     "disturbances": _disturbance,
     "navigation": _navigation,
+    "guidance": _guidance,
     "metrics": _metric,
     "saturations": _saturation,
     "allocations": _allocation,

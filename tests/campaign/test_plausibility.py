@@ -79,6 +79,26 @@ def test_a_heavy_body_with_its_actuators_is_as_meant() -> None:
             "arrives too fast to stop; right would be k1 times v_max_m_s of at most 0.000602 m/s², or stronger actuators",
         ),
         (
+            ["guidance={use: corridor, acceleration: 0.1}"],
+            "guidance.acceleration: the reference point speeds up with 0.1 m/s², but 3 N give 100 kg only 0.03 m/s²; right would "
+            "be at most 0.03 m/s²",
+        ),
+        (
+            ["guidance={use: corridor, far_speed_m_s: 1, slope: 0.04}"],
+            "guidance.far_speed_m_s: the reference point flies 0.5 m/s at most: from 1 m/s it could not brake in time; right "
+            "would be 0.5 m/s, a smaller slope or a larger acceleration",
+        ),
+        (
+            ["guidance={use: waypoints, points: [{frame: port, at_m: [6, 0, 8], speed_m_s: 0.1}]}"],
+            "guidance.points.0: the last waypoint is 10 m from the docking point: no sample is captured; right would be {frame: "
+            "port, at_m: [0, 0, 0], …}, unless holding is what is studied",
+        ),
+        (
+            ["guidance={use: waypoints, points: [{frame: lvlh, at_m: [0, 0, 0], speed_m_s: 0.1}]}"],
+            "guidance.points.0: the last waypoint is fixed in LVLH: no sample is captured; right would be {frame: port, "
+            "at_m: [0, 0, 0], …}, unless holding is what is studied",
+        ),
+        (
             ["pursuer.mass_kg=100000", "controller={use: pd-plus}"],
             "pursuer.inertia_kgm2: 100000 kg with a mean moment of 21.67 kg·m² are as dense as a ball of 0.0233 m with 1.89e+09 "
             "kg/m³; right would be 0.01 to 22,600 kg/m³; masses are in kg, moments of inertia in kg·m²",

@@ -25,6 +25,7 @@ TEMPLATES = {
     "my_slosh.py": "effect",
     "my_metric.py": "metric",
     "my_noise.py": "navigation",
+    "my_path.py": "guidance",
     "my_push.py": "disturbance",
 }
 MOST_LINES = 30
@@ -73,8 +74,13 @@ OTHERS = {
     "actuator": "my_valve.py",
     "effect": "my_slosh.py",
     "allocation": "my_allocation.py",
+    "guidance": "my_path.py",
 }
-TOGETHER = (("fault", "metric", "navigation", "disturbance"), ("actuator", "effect", "metric"), ("allocation", "fault"))
+TOGETHER = (
+    ("fault", "metric", "navigation", "disturbance"),
+    ("actuator", "effect", "metric", "guidance"),
+    ("allocation", "fault"),
+)
 """A dead band has no effect behind pulses of one size: the audit would say so."""
 
 

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 
 from rvjax.components.controllers.interface import Saturate
 from rvjax.components.forms import arrays
-from rvjax.physics.state import Measurement
+from rvjax.physics.state import Measurement, PointMotion
 from rvjax.physics.vectors import Channels
 
 
@@ -17,11 +17,12 @@ from rvjax.physics.vectors import Channels
 class Measured:
     """What a controller measures at an instant, as arrays. Frames: P fixed in the pursuer, T fixed in the target.
 
-    t: time [s]. rho: pursuer minus docking point, in P [m]. nu: difference of the inertial velocities, in P [m/s]. sigma:
+    t: time [s]. rho: pursuer minus reference point, in P [m]. nu: difference of their inertial velocities, in P [m/s]. sigma:
     modified Rodrigues parameters of P with respect to T. omega: angular velocity of P relative to T, in P [rad/s]. target_r,
     target_v, target_w: inertial position [m], velocity [m/s] and angular velocity [rad/s] of the target, in T. target_alpha: its
-    angular acceleration, in T [rad/s²]. port: docking point, in T [m]. upper, lower: nominal limits of the channels [N, N·m].
-    exact: the same values as `Measurement`, for the functions of `rvjax.physics`.
+    angular acceleration, in T [rad/s²]. port: the reference point, in T [m]; port_velocity, port_acceleration: how it moves in T
+    [m/s, m/s²]. It is the docking point, at rest in T, unless the campaign has a guidance. upper, lower: nominal limits of the
+    channels [N, N·m]. exact: the same values as `Measurement`, for the functions of `rvjax.physics`.
     """
 
     t: Any
@@ -34,20 +35,25 @@ class Measured:
     target_w: Any
     target_alpha: Any
     port: Any
+    port_velocity: Any
+    port_acceleration: Any
     upper: Any
     lower: Any
     exact: Measurement
     saturate: Saturate
 
-    NAMES = ("t", "rho", "nu", "sigma", "omega", "target_r", "target_v", "target_w", "target_alpha", "port", "upper", "lower",
-             "quaternion", "saturated")  # fmt: skip
+    NAMES = ("t", "rho", "nu", "sigma", "omega", "target_r", "target_v", "target_w", "target_alpha", "port",
+             "port_velocity", "port_acceleration", "upper", "lower", "quaternion", "saturated")  # fmt: skip
 
     @classmethod
     def of(cls, measurement: Measurement, saturate: Saturate, plain: bool) -> Measured:
         """The measurement; plain: as arrays."""
         form = arrays.array if plain else lambda value: value
         motion, target = measurement.motion, measurement.target
-        known = (*motion, *target, measurement.alpha_t, measurement.port, measurement.upper, measurement.lower)
+        still = PointMotion(measurement.port * 0.0, measurement.port * 0.0)
+        moving = measurement.moving if isinstance(measurement.moving, PointMotion) else still
+        limits = (measurement.upper, measurement.lower)
+        known = (*motion, *target, measurement.alpha_t, measurement.port, *moving, *limits)
         values: list[Any] = [measurement.t, *map(form, known), measurement, saturate]
         return cls(*values)
 

@@ -95,7 +95,7 @@ def _in_the_way(engine: LlvmEngine, problem: Problem) -> tuple[str, Place]:
 def _components_in_the_way(problem: Problem) -> Iterator[tuple[str, Place]]:
     """Each component that the engine `llvm` cannot fly, with the reason."""
     layout = problem.spec.actuators.geometry if isinstance(problem.spec.actuators, Thrusters) else None
-    parts = (problem.controller, *problem.actuation, *problem.faults, *problem.disturbances, *problem.effects)
+    parts = (problem.controller, problem.guidance, *problem.actuation, *problem.faults, *problem.disturbances, *problem.effects)
     for part in (*parts, *problem.navigation, *problem.chosen):
         if part.component is None or part.parameters is None:
             continue
