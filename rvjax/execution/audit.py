@@ -338,7 +338,7 @@ def _unlike(reading: ReadBack) -> str:
     digits = np.finfo(jax_config.precision()).eps
     table = reading.table.astype(jax_config.precision()) if reading.exact else reading.table
     inside = np.asarray(reading.inside, dtype=np.float64)
-    room = 0.0 if reading.exact else 64.0 * digits * max(1.0, float(np.max(np.abs(table))))
+    room = 0.0 if reading.exact else 64.0 * digits * max(1.0, reading.size, float(np.max(np.abs(table))))
     with np.errstate(invalid="ignore"):
         wrong = ~((np.abs(inside - table) <= room) | (inside == table))
     if not wrong.any():

@@ -44,13 +44,15 @@ WELL = 20.0
 class ReadBack:
     """A number of the flight in every lane: by the table, and inside the compiled program.
 
-    columns: the draws that it comes from. exact: it is the draw itself, in the precision of the flight.
+    columns: the draws that it comes from. exact: it is the draw itself, in the precision of the flight. size: of the vector that
+    it is a component of, which rounding is relative to.
     """
 
     columns: tuple[str, ...]
     table: Values
     inside: Values
     exact: bool = True
+    size: float = 1.0
 
 
 def readings(problem: Problem, draws: Draws, numbers: Drawn) -> list[ReadBack]:
@@ -332,7 +334,7 @@ def _start(problem: Problem, start: FramedStart, draws: Draws, numbers: Drawn) -
         ((*spun, *given["rate_rad_s"]), rate + np.einsum("nij,nj->ni", turn, rest - spin), motion.omega.parts()),
     ):
         for row, values in zip(expected.T, inside, strict=True):
-            yield ReadBack(tuple(dict.fromkeys(columns)), row, values, exact=False)
+            yield ReadBack(tuple(dict.fromkeys(columns)), row, values, exact=False, size=float(np.max(np.abs(expected))))
 
 
 def _start_axes(problem: Problem, start: FramedStart, draws: Draws, orbit: _Orbit, turn: Values) -> tuple[Values, Values]:

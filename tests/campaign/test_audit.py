@@ -12,7 +12,8 @@ import pytest
 
 from rvjax.components.faults.interface import fault
 from rvjax.errors import AuditError, CampaignError
-from rvjax.execution.audit import audit, prove
+from rvjax.execution.audit import _unlike, audit, prove  # pyright: ignore[reportPrivateUsage]
+from rvjax.execution.audit_readback import ReadBack
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.closed_loop import Drawn
@@ -210,3 +211,10 @@ def test_every_way_to_draw_is_read_back(changes: tuple[str, ...], flyer: Flyer) 
         cut = Disconnected(flyer, lambda drawn: drawn._replace(plant=drawn.plant._replace(centre=drawn.plant.centre * 0.0)))
         with pytest.raises(AuditError, match=r"pursuer\.centre_of_mass_m"):
             prove(other, cut)
+
+
+def test_rounding_is_relative_to_the_vector() -> None:
+    """Kills: a hold point 100 m away whose small component differs by the rounding of the large ones."""
+    table, inside = np.array([0.66]), np.array([0.66 + 8e-14])
+    assert _unlike(ReadBack(("start.position_m.x",), table, inside, exact=False, size=100.0)) == ""
+    assert "the table says" in _unlike(ReadBack(("start.position_m.x",), table, inside, exact=False))
