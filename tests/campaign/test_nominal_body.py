@@ -159,5 +159,5 @@ def test_a_scaled_plant_makes_the_same_motion(controller: str, tmp_path: Path, f
     names = [name for name in usual.columns if name.startswith("metric.")]
     assert len(names) > 20
     for name in names:
-        factor = C if "angular_impulse" in name or "torque" in name else 1.0
+        factor = C if "impulse" in name or "torque" in name else 1.0
         np.testing.assert_allclose(scaled[name], usual[name] * factor, rtol=1e-6, atol=1e-12, err_msg=name)
