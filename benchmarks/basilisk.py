@@ -216,7 +216,9 @@ def _line(cells: Sequence[str]) -> str:
 
 
 def main() -> int:
-    """Prints the table."""
+    """Prints the table. 2 where a campaign is wrong or Basilisk is missing."""
+    from rvjax.errors import RvjaxError
+
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("campaigns", nargs="*", type=Path, metavar="CAMPAIGN")
     parser.add_argument("--sample", type=int, default=0)
@@ -230,7 +232,11 @@ def main() -> int:
     print(_line(COLUMNS))
     print(f"|{'---|' * len(COLUMNS)}")
     for path in given.campaigns or sorted(CAMPAIGNS.glob("*.yaml")) + sorted(CAMPAIGNS.glob("ci/*.yaml")):
-        print(row(path.resolve(), given.sample, given.overrides), flush=True)
+        try:
+            print(row(path.resolve(), given.sample, given.overrides), flush=True)
+        except RvjaxError as error:
+            print(error, file=sys.stderr)
+            return 2
     return 0
 
 

@@ -70,6 +70,21 @@ def test_distances_are_those_of_absolute_states() -> None:
     np.testing.assert_allclose(far.radius, 1e-6 * np.linalg.norm(r_t, axis=1), rtol=1e-3)
 
 
+def test_a_pursuer_whose_mass_changes_is_named() -> None:
+    """Kills: a rigid body of the mass at the start for one that burns propellant."""
+    burns = "pursuer.propellant={mass_kg: 5, specific_impulse_s: 200, torque_arm_m: 1, tank_m: [0.1, 0, 0]}"
+    with pytest.raises(basilisk.UnfitError, match="mass changes, from"):
+        basilisk.flown(ROOT / "campaigns" / "docking-nominal.yaml", 0, (*CONTINUOUS, burns))
+
+
+@needs_basilisk
+def test_a_wrong_campaign_ends_with_its_message(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Kills: a traceback."""
+    monkeypatch.setattr(sys, "argv", ["basilisk", str(HELD), "--set", "samples=none"])
+    assert basilisk.main() == 2
+    assert "samples" in capsys.readouterr().err
+
+
 @pytest.mark.skipif(not missing, reason="Basilisk is installed")
 def test_without_basilisk_it_says_what_to_install() -> None:
     """Kills: a traceback, an exit code of success."""
