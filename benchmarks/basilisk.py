@@ -22,6 +22,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 CAMPAIGNS = Path(__file__).parents[1] / "campaigns"
+FOLDERS = (".", "ci", "scenes")
+"""Of shipped campaigns."""
+
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 NANO = 1e-9
 
@@ -231,7 +234,7 @@ def main() -> int:
         return 2
     print(_line(COLUMNS))
     print(f"|{'---|' * len(COLUMNS)}")
-    for path in given.campaigns or sorted(CAMPAIGNS.glob("*.yaml")) + sorted(CAMPAIGNS.glob("ci/*.yaml")):
+    for path in given.campaigns or [path for folder in FOLDERS for path in sorted((CAMPAIGNS / folder).glob("*.yaml"))]:
         try:
             print(row(path.resolve(), given.sample, given.overrides), flush=True)
         except RvjaxError as error:
