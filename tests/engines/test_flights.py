@@ -28,10 +28,16 @@ from tests.engines.targets import TARGETS, can_run
 from tests.oracles.interpreter import Interpreted, interpreted
 from tests.physics.test_hulls import CAMPAIGN as COLLISIONS
 from tests.physics.test_hulls import SHAPES
+from tests.short import CAMPAIGN
 
 FOLDER = Path(__file__).parents[2] / "campaigns"
 FIRST = ("docking-faulted.yaml", "navigation.yaml")
 """Faults, adaptation and a differentiator; random numbers, memories and a sampled controller."""
+
+GUIDANCE = (
+    "{use: corridor}",
+    "{use: waypoints, points: [{frame: lvlh, at_m: [9, 0, 5], speed_m_s: 0.3}, {frame: port, at_m: [0, 1, 0], speed_m_s: 0.1}]}",
+)
 
 OTHERS = sorted({str(path.relative_to(FOLDER)) for path in FOLDER.rglob("*.yaml")} - {*FIRST})
 FUNCTIONS = {name: getattr(elementary, name) for name in ELEMENTARY}
@@ -89,6 +95,15 @@ def test_hulls_are_those_of_the_interpreter(shapes: str, tmp_path: Path) -> None
     jax_config.configure(found.spec.precision)
     _, drawn = Draws.of(found, np.arange(SAMPLES))
     assert {"hull_clearance_m", "keep_out_violation_s"} <= found.metric_columns.keys()
+    assert same_all(flown(found, drawn, STEPS), by_numpy(found, drawn, STEPS))
+
+
+@pytest.mark.parametrize("guidance", GUIDANCE)
+def test_a_flight_with_guidance_is_that_of_the_interpreter(guidance: str) -> None:
+    """The same with a reference point that moves. Kills: a memory or a turning that the engine computes in another way."""
+    found = load(CAMPAIGN, [f"guidance={guidance}", "controller={use: pd-plus}"])
+    jax_config.configure(found.spec.precision)
+    _, drawn = Draws.of(found, np.arange(SAMPLES))
     assert same_all(flown(found, drawn, STEPS), by_numpy(found, drawn, STEPS))
 
 

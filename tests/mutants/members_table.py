@@ -151,7 +151,7 @@ MUTANTS = (
     Mutant(
         "an own state that sees the present",
         "simulation/closed_loop.py",
-        "controller.respond(last_view, state",
+        "controller.respond(last.view, state",
         "controller.respond(view, state",
         BY_HAND,
     ),
@@ -165,8 +165,8 @@ MUTANTS = (
     Mutant(
         "a look that comes late",
         "simulation/closed_loop.py",
-        "last_view = measurement(last.t, last.motion",
-        "last_view = measurement(last.t, control.motion",
+        "respond(last.view, state",
+        "respond(last.view._replace(motion=control.view.motion), state",
         BY_HAND,
     ),
     # temporal margins

@@ -92,8 +92,8 @@ MUTANTS = (
     Mutant(
         "an ω̇_t of the wrong rate",
         LOOP,
-        "last.told or (alpha(last.target, drawn.plant), None)",
-        "alpha(last.target, drawn.plant), None",
+        "told.target, told.alpha_t, drawn, told.port)",
+        "told.target, alpha(told.target, plant), drawn, told.port)",
         FORWARD,
     ),
     Mutant(

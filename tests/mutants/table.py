@@ -13,6 +13,7 @@ from tests.mutants import (
     elementary_table,
     engine_table,
     flight_table,
+    guidance_table,
     members_table,
     metrics_table,
     product_table,
@@ -41,4 +42,5 @@ MUTANTS: tuple[Mutant, ...] = (
     *user_table.MUTANTS,
     *metrics_table.MUTANTS,
     *start_table.MUTANTS,
+    *guidance_table.MUTANTS,
 )

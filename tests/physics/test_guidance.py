@@ -2,31 +2,21 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pandas as pd
 import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from rvjax.components.controllers import pd_plus
-from rvjax.components.guidance import corridor, interface
-from rvjax.execution.replay import replay
-from rvjax.execution.run import run
-from rvjax.physics.dynamics import MU_EARTH, motion_rate, relative, target_alpha, target_rate
-from rvjax.physics.state import Measurement, Motion, Numbers, TargetMotion, Tick
-from rvjax.physics.state import Path as Reference
+from rvjax.components.guidance import interface
+from rvjax.physics.dynamics import MU_EARTH, target_alpha, target_rate
+from rvjax.physics.state import Motion, Numbers, TargetMotion, Tick
 from rvjax.physics.vectors import Symmetric, Vector, rotate, rotation
 from rvjax.simulation import rk4
-from tests import flights
 from tests.members import array, built
-from tests.oracles import reference_point
-from tests.short import CAMPAIGN
 
 Array = NDArray[np.float64]
 
@@ -261,114 +251,12 @@ def test_a_waypoint_of_lvlh_is_held_still() -> None:
     assert np.max(np.ptp(placed, axis=1)) < 3e-3
 
 
-def tracked(sign: float = 1.0) -> Any:
-    """A sample, and a reference point that moves in T."""
-    one = jax.tree.map(jnp.asarray, flights.lane(flights.draw(flights.gains("pd-plus"), 300.0, 0.05), 0))
-    zero = one.motion.rho.x * 0.0
-    path = Reference(
-        zero, *(Vector(*(jnp.asarray(sign * x) for x in a)) for a in ((3.0, 7.0, -5.0), (0.3, -0.2, 0.4), (0.02, 0.05, -0.03)))
-    )
-    return one, path
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_error_about_a_moving_point_falls_as_the_proof_of_pd_plus_says(sign: float) -> None:
-    """V̇ = −k_ν|ν_c|² of V = ½k_ρ|ρ_c|² + ½|ν_c|², along the plant's rate and ṗ, p̈, for the known plant without limits. ρ_c and
-    ν_c by NumPy's cross product. Kills: 2ω_t×ṗ or p̈ left out, ω_t×p with the other sign, a port that does not move."""
-    one, path = tracked(sign)
-    gains = Numbers({name: jnp.asarray(x) for name, x in flights.gains("pd-plus").items()})
-    mass, moment = gains.mass_guess_kg, gains.inertia_guess_kgm2
-    plant = one.plant._replace(mass=mass, inertia=Symmetric.of(moment, 0.0), inertia_inverse=Symmetric.of(1.0 / moment, 0.0))
-    alpha_t = target_alpha(one.target.w, plant.target_inertia, plant.target_inertia_inverse)
-    now = Measurement(path.t, one.motion, one.target, alpha_t, plant.port, one.upper, one.lower)
-    nothing: Any = SimpleNamespace()
-    wrench = pd_plus.respond(interface.followed(now, path), (), nothing, gains).command
-    rate = motion_rate(one.motion, relative(one.motion, one.target, alpha_t, plant.port), plant, wrench)
-
-    def about(motion: Motion, target: TargetMotion, p: Vector, v: Vector) -> tuple[Any, Any]:
-        rows = rotation(motion.sigma)
-        turn = jnp.array([row.parts() for row in (rows.a, rows.b, rows.c)])
-        p_, v_, w_, rho, nu = (jnp.array(each.parts()) for each in (p, v, target.w, motion.rho, motion.nu))
-        return rho - turn @ p_, nu - turn @ (jnp.cross(w_, p_) + v_)
-
-    def energy(*state: Any) -> Any:
-        rho, nu = about(*state)
-        return 0.5 * gains.k_rho * rho @ rho + 0.5 * nu @ nu
-
-    state = (one.motion, one.target, path.point, path.velocity)
-    rates = (rate, target_rate(one.target, alpha_t), path.velocity, path.accel)
-    _, falls = jax.jvp(energy, state, rates)
-    _, nu = about(*state)
-    assert float(falls) == pytest.approx(-float(gains.k_nu * nu @ nu), rel=1e-9)
-    assert float(nu @ nu) > 0.01
-
-
-SETS = (
-    "samples=8", "faults=[]", "disturbances=[]", "require=[]", "guidance={use: corridor}", "correlate=[]",
-    "audit={allow: [start]}",
-    "target.inertia_kgm2={principal: [500, 550, 600]}", "target.rate_deg_s=[0.4, -0.5, 0.3]", "start.sigma={box: 0.4}",
-)  # fmt: skip
-
-
-@pytest.mark.usefixtures("bare")
-def test_a_trace_has_the_reference_point_of_the_documentation(tmp_path: Path) -> None:
-    """Every row against NumPy and SciPy to 1e-9, in a flight that goes round and waits for the attitude. Kills: any wrong term
-    of the guidance, a situation of another instant, the true motion in the place of the measured one at t = 0."""
-    sets = [*SETS, "controller={use: pd-plus, gains: {k_sigma: 0.002, k_omega: 0.09}}", "horizon.duration_s=260"]
-    folder = run(CAMPAIGN, tmp_path / "run", sets, progress=False)
-    port, inertia = np.array([5.0, 0.0, 0.0]), np.diag([500.0, 550.0, 600.0])
-    parameters = corridor.Parameters()
-    numbers = {name: quantity.parts[0].low for name, quantity in parameters.quantities().items()}
-    waits = False
-    for sample in range(3):
-        trace: pd.DataFrame = replay(folder, sample)[0]
-        point, velocity = reference_point.path(trace, port, port / 5.0, inertia, numbers)
-        found = reference_point.columns(trace, "ref_*_m")
-        np.testing.assert_allclose(found, point, rtol=0.0, atol=1e-9)
-        np.testing.assert_allclose(reference_point.columns(trace, "ref_*_m_s"), velocity, rtol=0.0, atol=1e-9)
-        turned = 4.0 * np.degrees(np.arctan(length(reference_point.columns(trace, "sigma_*"))))
-        waits |= bool(np.any((turned > 10.0) & (found[:, 0] < 8.8) & (np.hypot(found[:, 1], found[:, 2]) < 0.8)))
-    assert waits
-
-
-@pytest.mark.usefixtures("bare")
-@pytest.mark.parametrize(
-    ("controller", "more"),
-    [
-        ("pd-plus", []),
-        ("pd-plus", ["horizon.control_period_s=0.1"]),
-        ("lqr-kalman", []),
-        ("nominal-backstepping", ["navigation=[{use: noise, position_m: 0.005, velocity_m_s: 0.001}, {use: delay, steps: 2}]"]),
-    ],
-)
-def test_controllers_follow_the_point(controller: str, more: list[str], tmp_path: Path) -> None:
-    """Continuous, sampled, discrete-time, with errors of navigation: the pursuer stays near the reference point all the way,
-    and comes near the docking point. Kills: a reference of another instant, a prediction that does not know p̈."""
-    plant = ["pursuer.mass_kg=100", "pursuer.inertia_kgm2={principal: [21.7, 21.7, 21.7]}", "start.sigma={box: 0.05}"]
-    sets = [*SETS, *plant, f"controller={{use: {controller}}}", "horizon.duration_s=300", *more]
-    trace = replay(run(CAMPAIGN, tmp_path / "run", sets, progress=False), 1)[0]
-    place = Rotation.from_mrp(reference_point.columns(trace, "sigma_*")).apply(reference_point.columns(trace, "rho_*_m"))
-    lag = length(place - reference_point.columns(trace, "ref_*_m"))
-    assert np.max(lag) < 0.3
-    assert length(place)[0] > 10.0
-    assert length(place)[-1] < 0.05
-
-
-def test_the_point_s_numbers_can_be_differentiated() -> None:
-    """At the very start, where the pursuer is at the point, and at the goal itself. Kills: the square root of 0."""
-    one, path = tracked()
-    for use in ("corridor", "waypoints"):
-        said = {"points": WAY} if use == "waypoints" else {}
-        guidance, numbers = built("guidance", use, 1, **said)
-        own = jax.tree.map(lambda x: jnp.asarray(x[0]), numbers)
-        for place in (path.point, path.point * 0.0):
-            alpha_t = one.motion.rho * 0.0
-            still = Motion(rotate(rotation(one.motion.sigma), place), one.motion.nu, one.motion.sigma, one.motion.omega)
-            seen = interface.Situation(path.t, still, one.target, alpha_t, one.plant.port, one.context.axis)
-
-            def accel(own: Numbers, guidance: Any = guidance, seen: Any = seen) -> Any:
-                memory = interface.started(guidance, seen, own)
-                return interface.kept(guidance, Tick(0, path.t, jnp.asarray(H)), seen, memory, own).path.accel
-
-            slopes = jax.jacfwd(accel)(own)
-            assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(slopes))
+def test_a_steep_profile_is_flattened() -> None:
+    """With κ, v and v_far for which the point could not brake. Kills: a slope above 1/(4T), a speed above a/κ: the point would
+    swing through the docking point, or below the distance of the gate."""
+    steep = led("corridor", gate_m=8, slope=1.0, speed_m_s=9, far_speed_m_s=9, end_speed_m_s=9, acceleration=0.3, seconds=200.0)
+    inside = in_axis(steep)
+    gate = length(steep.port + 8.0 * steep.axis)
+    assert np.all(np.where(np.cumsum(inside, axis=1) == 0, length(steep.place), np.inf) > gate[:, None])
+    assert np.min(np.where(inside, steep.along, np.inf)) > -1e-6
+    assert np.max(length(steep.point[:, -1])) < 1e-2

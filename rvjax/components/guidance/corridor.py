@@ -6,10 +6,11 @@
 
 t: unit vector across e, toward g. κ' = min(κ, 1/(4T)); v' = min(v, a/κ') and v_far' likewise: the point brakes with a at most.
 
-Outside, the reference point comes down radially while it is at rest in LVLH. From 1.5 |γ| on, s goes from 0 to 1: it takes on the
-turning of the target and goes round it to the gate. It enters the axis at x ≤ 1.1 x_g, less than 0.1 x + 2 cm beside it, and is
-fixed in T from there on. c₁, c₂: 1 for a pursuer up to lag_m from the point and with an attitude error up to aligned_deg, 0 from
-twice these values on. So the point waits in the axis for a pursuer that is not aligned, and stops for one that falls behind.
+Outside, the reference point comes down radially, at rest in LVLH but for this. From 1.5 |γ| on, s goes from 0 to 1: the frame
+of u takes on the turning of the target, and the point goes round to the gate. It enters the axis at x ≤ 1.1 x_g, less than 0.1
+x + 2 cm beside it; from there on u is relative to T. c₁, c₂: 1 for a pursuer up to lag_m from the point and with an attitude
+error up to aligned_deg, 0 from twice these values on. So the point waits in the axis for a pursuer that is not aligned, and
+stops for one that falls behind.
 
 The keep-out zone must be smaller than |γ|. A straight corridor with a gate as a hold point: W. Fehse, "Automated rendezvous and
 docking of spacecraft", 2003, §5.3; the profile is this project's.

@@ -32,12 +32,13 @@ from rvjax.components.guidance.interface import (
     brakes,
     granted,
     in_target,
+    length,
     limited,
 )
 from rvjax.components.registry import Component
 from rvjax.physics.orbit_frame import Turning, orbit_axes, orbit_turning, port_axes
 from rvjax.physics.state import Numbers, Path
-from rvjax.physics.vectors import Scalar, Vector, norm, rotate_back
+from rvjax.physics.vectors import Scalar, Vector, rotate_back
 
 MOST = 16
 
@@ -93,7 +94,7 @@ def wanted(points: tuple[Waypoint, ...], situation: Situation, path: Path, kept:
     away, pursuer = goal - path.point, in_target(situation)
     slope, most = brakes(speed, numbers)
     u = limited(away * slope, most) * granted(pursuer - path.point, numbers.lag_m)
-    arrived = (norm(away) <= within) & (norm(goal - pursuer) <= within)
+    arrived = (length(away) <= within) & (length(goal - pursuer) <= within)
     since = jnp.where(arrived, jnp.minimum(kept.since, situation.t), jnp.inf)
     passed = (situation.t >= since + hold) & (kept.number < len(points) - 1.0)
     return Wanted(u, turning, Progress(jnp.where(passed, kept.number + 1.0, kept.number), jnp.where(passed, jnp.inf, since)))
