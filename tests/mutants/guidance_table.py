@@ -64,7 +64,13 @@ MUTANTS = (
     Mutant("u' once", INTERFACE, "relative * 2.0 + carried", "relative + carried", DOCUMENTED),
     Mutant("no c×(c×q)", INTERFACE, "relative * 2.0 + carried)", "relative * 2.0)", STILL),
     Mutant("no ċ×q", INTERFACE, " + cross(swing, q)", "", REST),
-    Mutant("a velocity in T", INTERFACE, "relative = path.velocity - carried", "relative = path.velocity", STILL),
+    Mutant(
+        "a velocity of the reference point in T",
+        INTERFACE,
+        "relative = path.velocity - carried",
+        "relative = path.velocity",
+        STILL,
+    ),
     Mutant(
         "no limit of the acceleration",
         INTERFACE,
