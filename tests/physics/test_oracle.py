@@ -59,8 +59,11 @@ def test_pd_plus_flies_on_the_truth(pd_plus: Recorder, lane: int) -> None:
 
 
 def test_adaptive_law_flies_on_the_truth(filtered: Recorder) -> None:
-    """The same under the wrench of the controller under test, with its own state integrated beside the plant. Rows every 0.05 s: the
-    truth interpolates the wrench between them, and this law is fast (rows every 0.1 s leave 2e-9 in attitude, these 2e-10)."""
+    """The same under the wrench of the controller under test, with its own state integrated beside the plant.
+
+    The truth interpolates the wrench between the rows, and this law is fast: rows every 0.1 s leave 2e-9 in
+    attitude, these, every 0.05 s, leave 2e-10.
+    """
     drawn = adaptive_draw(0.0125)
     record = filtered(drawn, 4)
     assert_on_truth(drawn, record.traces[0])
