@@ -19,6 +19,7 @@ from rvjax.campaign import Model, Spec, option
 from rvjax.campaign.actuators import Thrusters
 from rvjax.campaign.distribution_notation import forms
 from rvjax.campaign.formula import BOOLEAN, PREDICATE, TEMPORAL, WINDOW
+from rvjax.campaign.plain_values import is_mapping
 from rvjax.campaign.python_files import is_python_file
 from rvjax.campaign.quantity import COMPONENTS
 from rvjax.campaign.tuning import Tuning
@@ -48,6 +49,20 @@ _BESIDES: Mapping[tuple[str, str], Mapping[str, Any]] = {
     ("sampler", "points"): {"samples": 2, "require": []},
 }
 """(section, component) → other sections that must change with it: channels of faults, the number of samples, verdicts."""
+
+_AT_A_PORT: Mapping[str, Any] = {"port_m": [5, 0, 0]}
+_IN_FRONT: Mapping[str, Any] = {"frame": "port", "position_m": [20, 0, 0]}
+_WITH: Mapping[tuple[str, str], Mapping[str, Mapping[str, Any]]] = {
+    ("target", "hull"): {
+        "target": _AT_A_PORT,
+        "pursuer": {"mass_kg": 100, "inertia_kgm2": {"principal": [22, 20, 23]}, "hull": {"radius_m": 0.7}},
+        "start": _IN_FRONT,
+    },
+    ("pursuer", "hull"): {"target": {**_AT_A_PORT, "hull": {"radius_m": 1.6}}, "start": _IN_FRONT},
+    ("target", "keep_out"): {"target": _AT_A_PORT, "start": _IN_FRONT},
+}
+"""(section, key) → what else a campaign says where it has the key: the hull of the other spacecraft, a docking axis, a start
+outside of the hulls and the zone."""
 
 
 _AROUND: Mapping[str, type[Model]] = {"tune": Tuning, "actuators": Thrusters}
@@ -234,5 +249,9 @@ def _section(keys: Sequence[str]) -> Example:
 
 def _besides(section: str, value: Any) -> Example:
     """A section, with others that must change with it."""
-    use = value.get("use", "") if isinstance(value, dict) else ""
-    return example({section: value, **_BESIDES.get((section, use), {})})
+    said: Mapping[str, Any] = value if is_mapping(value) else {}
+    sections: dict[str, Any] = {section: value, **_BESIDES.get((section, str(said.get("use", ""))), {})}
+    for key in said:
+        for other, keys in _WITH.get((section, key), {}).items():
+            sections[other] = {**keys, **sections.get(other, {})}
+    return example(sections)

@@ -123,6 +123,19 @@ def test_every_example_is_accepted_when_pasted(rvjax: Run, tmp_path: Path) -> No
     assert (code, err) == (0, "")
 
 
+@pytest.mark.parametrize("name", ["target.hull", "pursuer.hull", "target.keep_out", "guidance.points"])
+def test_examples_say_what_else_is_needed(rvjax: Run, tmp_path: Path, name: str) -> None:
+    """A hull needs that of the other spacecraft and a start outside of both, a zone a docking axis, waypoints an end at the port.
+    Kills: an example that shows its key alone."""
+    path = tmp_path / "campaign.yaml"
+    texts = [example.yaml for page in pages_called(name) for example in page.examples]
+    assert texts
+    for text in texts:
+        path.write_text(pasted(text))
+        code, _, err = rvjax("validate", path)
+        assert (code, err) == (0, "")
+
+
 def test_an_example_can_be_refused(rvjax: Run, tmp_path: Path) -> None:
     """Kills: a test of examples that would pass with wrong ones."""
     (tmp_path / "campaign.yaml").write_text(pasted("pursuer: {mass_kg: -1, inertia_kgm2: {principal: [1, 1, 1]}}\n"))

@@ -47,8 +47,8 @@ class Waypoint(Model):
     """A place, how fast to go there, and when to go on."""
 
     EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = (
-        {"frame": "lvlh", "at_m": [-50, 0, 0], "speed_m_s": 0.3},
         {"frame": "port", "at_m": [0, 0, 0], "speed_m_s": 0.1},
+        {"frame": "lvlh", "at_m": [-50, 0, 0], "speed_m_s": 0.3},
     )
 
     frame: Literal["port", "lvlh"] = option(doc="frame of the place")
@@ -61,7 +61,7 @@ class Waypoint(Model):
 class Parameters(GuidanceParameters):
     """The waypoints and the motion of the reference point."""
 
-    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"points": list(Waypoint.EXAMPLES)},)
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"points": list(reversed(Waypoint.EXAMPLES))},)
 
     points: tuple[Waypoint, ...] = part(doc=f"waypoints in their order, {MOST} at most")
     slope: Quantity = scalar("1/s", default=0.05, above=0.0, doc="speed per distance κ")
