@@ -6,6 +6,8 @@
     braking      the approach brakes with (3√3/16) k₁ v_max, more than BRAKING times what the actuators give the nominal mass
     guidance     the reference point speeds up by more than the actuators give the nominal mass, never flies the speed that it is
                  given, or ends at a waypoint from which no sample is captured
+    hulls        docked, at ρ = 0 and σ = 0, the hulls are apart by less than capture.position_m, in the draws of the first
+                 samples: a pursuer inside the capture tube can touch the target
     density      m₀/(4/3 π R³), of the ball with the nominal mass and inertia (R² = 5/2 J₀/m₀), is outside of DENSITIES
     thrusters    the farthest thruster is more than FAR radii R from the reference point, or nearer than R/FAR
 
@@ -36,6 +38,7 @@ from rvjax.simulation.batch import LANES
 from rvjax.simulation.closed_loop import Drawn
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
+from rvjax.simulation.scene_checks import docked_distance
 
 TWICE = 2.0
 BRAKING = 5.0
@@ -52,7 +55,8 @@ def warnings(problem: Problem) -> tuple[Finding, ...]:
     spec = problem.spec
     body = NominalBody.of(spec.pursuer)
     _, drawn = Draws.of(problem, np.arange(min(spec.samples, LANES), dtype=np.int64))
-    found = [*_density(spec, body), *_thrusters(spec, body), *_disturbances(spec, drawn), *_guidance(problem, body)]
+    found = [*_density(spec, body), *_thrusters(spec, body), *_disturbances(spec, drawn)]
+    found += [*_guidance(problem, body), *_hulls(problem, drawn)]
     for choice in (spec.controller, *spec.baselines):
         form = component("controllers", choice.use).parameters
         model = form.model_validate(body.complete(form, choice.parameters))
@@ -203,6 +207,20 @@ def _guidance(problem: Problem, body: NominalBody) -> Iterator[Finding]:
             message = f"the last waypoint is {found}: no sample is captured"
             right = "right would be {frame: port, at_m: [0, 0, 0], …}, unless holding is what is studied"
             yield spec.source.finding((*place, "points", len(model.points) - 1), message, right)
+
+
+def _hulls(problem: Problem, drawn: Drawn) -> Iterator[Finding]:
+    spec = problem.spec
+    if not drawn.context.hulls:
+        return
+    distance, tube = np.round(docked_distance(problem, drawn), 9), spec.capture.position_m
+    if near := int(np.count_nonzero((distance > 0.0) & (distance < tube))):  # hulls that overlap are refused
+        message = (
+            f"docked, at rho 0 and sigma 0, the hulls are {distance.min():.3g} m apart, nearer than the capture radius of "
+            f"{exact(tube)} m, in {near} of the first {len(distance)} samples: a captured pursuer can touch the target"
+        )
+        right = f"right would be at most {_at_most(float(distance.min()))} m, smaller hulls, or a target.port_m farther out"
+        yield spec.source.finding(("capture", "position_m"), message, right)
 
 
 def _speeds(model: GuidanceParameters) -> Iterator[tuple[Place, float]]:

@@ -54,11 +54,10 @@ def _hulls(problem: Problem, drawn: Drawn) -> Iterator[Finding]:
     """Hulls that are not apart when docked, or at t = 0."""
     if not drawn.context.hulls:
         return
-    jax_config.configure(problem.spec.precision)
-    rho, sigma = drawn.motion.rho, drawn.motion.sigma
+    at_start = _distance(problem, drawn, drawn.motion.rho, drawn.motion.sigma)
     for when, distance, other in (
-        ("docked, at rho 0 and sigma 0,", _distance(drawn, rho * 0.0, sigma * 0.0), "a target.port_m farther out"),
-        ("at the start", _distance(drawn, rho, sigma), "a start farther away"),
+        ("docked, at rho 0 and sigma 0,", docked_distance(problem, drawn), "a target.port_m farther out"),
+        ("at the start", at_start, "a start farther away"),
     ):
         if met := int(np.sum(~(distance > 0.0))):
             message = f"the hulls overlap {when} in {met} of the first {len(distance)} samples, by up to {-distance.min():.3g} m"
@@ -66,8 +65,14 @@ def _hulls(problem: Problem, drawn: Drawn) -> Iterator[Finding]:
             yield problem.spec.source.finding(("pursuer", "hull"), message, accepted)
 
 
-def _distance(drawn: Drawn, rho: Vector, sigma: Vector) -> Values:
+def docked_distance(problem: Problem, drawn: Drawn) -> Values:
+    """(samples,) lower bound of the distance of the hulls [m] at ρ = 0, σ = 0. For a campaign with both hulls."""
+    return _distance(problem, drawn, drawn.motion.rho * 0.0, drawn.motion.sigma * 0.0)
+
+
+def _distance(problem: Problem, drawn: Drawn, rho: Vector, sigma: Vector) -> Values:
     """(samples,) lower bound of the distance of the hulls [m]."""
+    jax_config.configure(problem.spec.precision)
     target, pursuer = drawn.context.hulls  # pyright: ignore[reportAssignmentType]  # there are both
     r = rotation(sigma)
     centred = pursuer._replace(centre=pursuer.centre - drawn.plant.centre)

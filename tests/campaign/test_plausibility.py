@@ -156,6 +156,24 @@ def test_the_deceleration_is_that_of_the_approach() -> None:
         assert any("brakes" in text for text in found(*given)) == warned
 
 
+HULLS = ["target.port_m=[5, 0, 0]", "start={frame: port, position_m: [20, 0, 0]}", "target.hull={radius_m: 3.4}"]
+
+
+def test_docked_hulls_are_farther_apart_than_the_capture_radius() -> None:
+    """A captured pursuer may be capture.position_m off the docked place, toward the target too. Its hull ends 1.5 m before the
+    port. Kills: no check, twice the radius, the distance at the start, a hull from the reference point."""
+    given = [*HULLS, "pursuer.hull={radius_m: 1.5, centre_m: [-0.1, 0, 0]}", "pursuer.centre_of_mass_m=[-0.1, 0, 0]"]
+    assert not found(*given, "capture.position_m=0.1")
+    assert found(*given, "capture.position_m=0.11") == [
+        "capture.position_m: docked, at rho 0 and sigma 0, the hulls are 0.1 m apart, nearer than the capture radius of 0.11 m, "
+        "in 416 of the first 416 samples: a captured pursuer can touch the target; right would be at most 0.1 m, smaller hulls, "
+        "or a target.port_m farther out"
+    ]
+    drawn = found(*HULLS[:2], "target.hull={radius_m: {choice: [3.4, 3]}}", *given[3:], "capture.position_m=0.2", "samples=40")
+    assert " of the first 40 samples" in drawn[0]
+    assert "in 40 of" not in drawn[0]
+
+
 @pytest.mark.parametrize("kind", ["pd-plus", "anti-windup"])
 def test_density_of_a_ball(kind: str) -> None:
     """Kills: 2/5 for 5/2, a radius without its root. A ball of osmium is accepted, a slightly denser one is not."""
