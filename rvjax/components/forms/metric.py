@@ -57,7 +57,8 @@ class Metric:
 
     parameters: the model of its numbers. columns: unit and meaning of each value, by name; better="lower" or "higher" where
     one side is better. start(numbers) → any tree of numbers; update(acc, instant, numbers) → the same tree;
-    finish(acc, numbers) → a number for each column; None: the accumulator is the mapping of values itself.
+    finish(acc, numbers) → a number for each column; None: the accumulator is the mapping of values itself. safety: the values
+    stay in the table where a flight collided; without it they are then NaN, since what follows a collision is no flight.
     """
 
     parameters: type[Model]
@@ -65,6 +66,7 @@ class Metric:
     start: Callable[..., Any] | None = None
     update: Callable[..., Any] | None = None
     finish: Callable[..., Mapping[str, Any]] | None = None
+    safety: bool = False
 
     family = "metrics"
 
@@ -86,7 +88,7 @@ class Metric:
 
     def _build(self, parameters: Model) -> interface.Metric:
         del parameters
-        return interface.Metric(columns(self.columns), self._start, self._update, self._finish)
+        return interface.Metric(columns(self.columns), self._start, self._update, self._finish, safety=self.safety)
 
     def _start(self, context: MetricContext) -> Any:
         return begun(self.start, "the result", arrays.arrays(context.numbers))

@@ -14,7 +14,8 @@ twist: P. Dobrowolski, "Swing-twist decomposition in Clifford algebra", 2015, ar
 The flight goes on after the contact: nothing is pushed or latched. Between the two steps around the contact every value is
 interpolated linearly. Without a contact the time is infinite and every other value is not a number (NaN), which complies with no
 requirement, whether below or above. A pursuer that begins behind the plane aᵀp = d, or that crosses it farther than c from the
-axis, has no contact before it crosses the plane anew.
+axis, has no contact before it crosses the plane anew. Where the hulls collide every value is NaN, the time too: the contact may
+come after the collision, of a pursuer that went through the target.
 """
 
 from __future__ import annotations

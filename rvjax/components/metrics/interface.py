@@ -53,8 +53,12 @@ class Metric(NamedTuple):
     start(context) → acc; update(acc, step, weight, context) → acc; finish(acc, context) → values.
 
     weight [s]: quadrature weight of the step (trapezoidal rule), so that Σ weight f(t) ≈ ∫ f dt.
-    needs: places of a campaign, such as `target.hull`, without which the metric is off. safety: its values stay in the table
-    where a flight collided; those of all other metrics are then NaN, since what follows a collision is no flight.
+    needs: places of a campaign, such as `target.hull`, without which the metric is off.
+
+    safety: its values stay in the table where a flight collided. Those of all other metrics are then NaN, since what follows a
+    collision is no flight. A metric of safety says how bad a flight was, and what follows a collision can only make its values
+    worse: a smallest distance, a time inside a zone, the free drift from any instant. What looks at the end of a flight, at a
+    single event (`contact`: it may come after the collision, through the target) or at what was spent is none.
 
     every_s: a metric that is updated only at the instants 0, every_s, 2 every_s, …, a whole number of steps apart; None: at every
     step. The weights are of the steps all the same. every: the same in steps, which the campaign's step gives.

@@ -1,9 +1,10 @@
-"""Smallest distance of the pursuer's reference point from a keep-out ball that is fixed in the target.
+"""Smallest distance of the pursuer's centre of mass from a keep-out ball that is fixed in the target.
 
     c = min over the steps of |Rᵀρ + δ − p| − r
 
 δ: docking point, p: centre of the ball, both in T; ρ: pursuer minus docking point, in P. c < 0: the pursuer was inside. The
-distance is evaluated at the steps; between two of them the pursuer moves by its speed times the step.
+distance is evaluated at the steps; between two of them the pursuer moves by its speed times the step. It is a metric of safety:
+where the hulls collide it stays valid, over the whole flight as if nothing had happened.
 """
 
 from __future__ import annotations
@@ -38,4 +39,5 @@ def update(acc: Any, instant: Instant, numbers: Numbers) -> Any:
     return {"clearance_m": jnp.minimum(acc["clearance_m"], jnp.sqrt(away @ away) - numbers.radius_m)}
 
 
-METRIC = Metric(Parameters, {"clearance_m": Signal("m", "smallest distance from the keep-out ball", "higher")}, start, update)
+COLUMNS = {"clearance_m": Signal("m", "smallest distance from the keep-out ball", "higher")}
+METRIC = Metric(Parameters, COLUMNS, start, update, safety=True)
