@@ -22,6 +22,7 @@ The motion (`rvjax.physics.dynamics`) is that of a rigid body with the m, c and 
                               J̇Ω: of the size 2|Ω| l_t/(I_sp g₀) of the thrust, 1e-5 with 0.01 rad/s, a path l_t of 1 m and 200 s
     the way of c in the body  ρ and ν are of the centre of mass of the instant, and are not moved with it: |c − c₀| in position
     sloshing                  is an effect of its own (`slosh-pendulum`), with a mass besides pursuer.mass_kg that is not burnt
+    places of effects         are from the centre of mass of the instant, and move with it in the body by c − c₀ = −(q/m)(r − c₀)
 
 K. E. Tsiolkovsky: without gravity and with thrusters in one direction Δv = I_sp g₀ ln(m₀/m).
 """

@@ -7,6 +7,9 @@ m_a: modal mass, ω, ζ: frequency and damping with the pursuer held; r: place o
 r: terms of y α, y Ω² and w Ω are left out. An axis with the frequency 0 is rigid: its modal mass then belongs into
 pursuer.mass_kg. m_a is not part of pursuer.mass_kg. Several modes are several entries.
 
+r is from the pursuer's centre of mass of the instant, without m_a. Where pursuer.propellant moves that by c − c₀ in the body, the
+appendage moves with it: the torque differs by (c − c₀) × F from that of an appendage that stays in its place of t = 0.
+
 P. W. Likins, "Dynamics and control of flexible space vehicles", NASA JPL TR 32-1329, 1970 (hybrid coordinates).
 """
 

@@ -6,6 +6,9 @@
 The mass and inertia of the campaign are those of the pursuer without what an effect moves. So the reaction follows from the
 state, and no equation has an unknown on both sides. An effect whose reaction does depend on the acceleration, such as the
 tension of a rod, is `implicit`: it sees the acceleration under all other wrenches; a campaign has one such effect at most.
+
+The wrench acts on the centre of mass of the instant. A place that is a number of the effect is from there, so it moves in the
+body as far as the propellant moves the centre of mass; `Body.centre` is where that is.
 """
 
 from __future__ import annotations

@@ -12,6 +12,9 @@ a and the angular acceleration α follow from the applied wrench and from F, so 
 a_0, α_0: acceleration under all other wrenches and the damping force. The part of ė along e, which rounding brings, is left out.
 m_s is not part of pursuer.mass_kg.
 
+p is from the pursuer's centre of mass of the instant, without m_s. Where pursuer.propellant moves that by c − c₀ in the body, the
+pivot moves with it: the torque differs by (c − c₀) × F from that of a pivot that stays in its place of t = 0. m_s is not burnt.
+
 H. N. Abramson (ed.), "The dynamic behavior of liquids in moving containers", NASA SP-106, 1966, ch. 6 (equivalent pendulum).
 """
 
