@@ -31,6 +31,7 @@ CHAPTERS = {
     "backstepping": "physics.backstepping",
     "nominal": "campaign.nominal_body",
     "plausibility": "simulation.plausibility",
+    "augmented_system": "physics.augmented_system",
     "nussbaum": "physics.nussbaum",
     "control_direction": "physics.control_direction",
     "differentiator": "physics.differentiators",

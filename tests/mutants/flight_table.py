@@ -6,6 +6,7 @@ from tests.mutants.mutant import Mutant
 
 TRIG = "elementary/trigonometric.py"
 DYNAMICS, ADAPTIVE = "physics/dynamics.py", "components/controllers/saturated_adaptive.py"
+AUGMENTED = "physics/augmented_system.py"
 RATES = "physics/test_dynamics.py::test_rates_are_those_of_the_absolute_motion"
 MOMENTUM = "physics/test_dynamics.py::test_momentum_follows_from_the_torque_alone"
 TARGET = "physics/test_dynamics.py::test_the_target_is_free"
@@ -196,12 +197,10 @@ MUTANTS = (
     ),
     Mutant("sign of Levant's first gain", "physics/differentiators.py", "z1 - 1.5 *", "z1 + 1.5 *", DERIVATIVE),
     Mutant("sign of Levant's second gain", "physics/differentiators.py", "-1.1 * bound", "1.1 * bound", DERIVATIVE),
-    Mutant("sign of K₃", ADAPTIVE, "- z3 * gains.k3", "+ z3 * gains.k3", IDENTITY),
-    Mutant("sign of κ", ADAPTIVE, "* wanted - state.v * gains.kappa", "* wanted + state.v * gains.kappa", IDENTITY),
-    Mutant("sign of χ̇", ADAPTIVE, "drive = z3 * inverse", "drive = -z3 * inverse", IDENTITY),
-    Mutant(
-        "sign of the leak of χ", ADAPTIVE, "drive - state.chi * gains.leak_chi", "drive + state.chi * gains.leak_chi", IDENTITY
-    ),
+    Mutant("sign of K₃", AUGMENTED, "- z3 * gains.k3", "+ z3 * gains.k3", IDENTITY),
+    Mutant("sign of κ", AUGMENTED, "* w - v * gains.kappa", "* w + v * gains.kappa", IDENTITY),
+    Mutant("sign of χ̇", AUGMENTED, "drive = z3 * inverse", "drive = -z3 * inverse", IDENTITY),
+    Mutant("sign of the leak of χ", AUGMENTED, "drive - chi * gains.leak_chi", "drive + chi * gains.leak_chi", IDENTITY),
     Mutant("leak in the textbook form", ADAPTIVE, '.modification == "leakage"', '.modification != ""', IDENTITY),
     Mutant(
         "sign of the leak of D̂",
@@ -233,7 +232,7 @@ MUTANTS = (
         "is None:",
         "campaign/test_campaign.py::test_bad_file",
     ),
-    Mutant("no α̂̇₂", ADAPTIVE, "gains.kappa + derivative -", "gains.kappa -", IDENTITY),
+    Mutant("no α̂̇₂", AUGMENTED, "gains.kappa + wanted.rate -", "gains.kappa -", IDENTITY),
     Mutant(
         "sign of the adaptation of m̂",
         "physics/backstepping.py",

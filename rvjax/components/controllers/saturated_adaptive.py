@@ -5,7 +5,7 @@
        adaptation         θ̂̇ = Γ Yᵀz₂,  D̂̇ = γ_D z₂²/√(z₂²+ε²) − λ_D D̂,  projected, frozen on clipped channels
        direction          α₂ times N(η) before the clip with `direction: unknown` (`rvjax.physics.control_direction`)
     3  augmented system   v̇ = −κv + w,  z₃ = h(v) − α₂,  w̄ = −K₃z₃ + κ h'(v) v + α̂̇₂,  w = N(χ) w̄
-       Nussbaum           χ̇ = γ_χ (z₃/u)(w̄/u) − λ_χ χ;  with `modification: none`, the textbook form, λ_χ = 0
+       Nussbaum           χ̇ = γ_χ (z₃/u)(w̄/u) − λ_χ χ  (`rvjax.physics.augmented_system`); `modification: none`: λ_χ = 0
     4  differentiator     α̂̇₂ from α₂ (`rvjax.physics.differentiators`)
 
 ε(t) = ε, or ε e^{−at} with `epsilon: decaying`. u: mean of the nominal limits. The leaks λ are the σ-modification of P. Ioannou,
@@ -28,7 +28,8 @@ from rvjax.campaign import Model, Quantity, flag, option, part, scalar
 from rvjax.columns import Column
 from rvjax.components.controllers.interface import ESTIMATES, WRENCH, Controller, Response, Saturate
 from rvjax.components.registry import Component
-from rvjax.physics import control_direction
+from rvjax.physics import augmented_system, control_direction
+from rvjax.physics.augmented_system import AugmentedGains, Wanted
 from rvjax.physics.backstepping import (
     AdaptationGains,
     RobustGains,
@@ -46,18 +47,13 @@ from rvjax.physics.backstepping import (
 from rvjax.physics.control_direction import Direction, DirectionGains
 from rvjax.physics.differentiators import DIFFERENTIATORS
 from rvjax.physics.elementary import exp
-from rvjax.physics.nussbaum import GAINS
 from rvjax.physics.state import Measurement, Numbers, Report
 from rvjax.physics.vectors import Channels, Scalar, Symmetric, each, split
 
 
-class Gains(DirectionGains, RobustGains, TrackingGains, AdaptationGains):
+class Gains(AugmentedGains, DirectionGains, RobustGains, TrackingGains, AdaptationGains):
     """Gains of the controller. Adaptation rates have the units that follow from the equations."""
 
-    k3: Quantity = scalar("1/s", default=8.0, above=0.0, doc="wrench gain K₃")
-    kappa: Quantity = scalar("1/s", default=0.5, above=0.0, doc="leak κ of the augmented state")
-    gamma_chi: Quantity = scalar("1", default=0.02, at_least=0.0, doc="rate γ_χ of the Nussbaum arguments")
-    leak_chi: Quantity = scalar("1/s", default=0.3, at_least=0.0, doc="leak λ_χ of the Nussbaum arguments, with leakage")
     epsilon_decay: Quantity = scalar("1/s", default=0.01, above=0.0, doc="decay rate a of ε(t) = ε e^{−at} if decaying")
     levant_share: Quantity = scalar("1/s²", default=0.05, above=0.0, doc="Levant's L as a share of the mean limit")
     filter_rad_s: Quantity = scalar("rad/s", default=5.0, above=0.0, doc="bandwidth of the filtered derivative")
@@ -130,15 +126,9 @@ def respond(options: Parameters, measurement: Measurement, state: Control, satur
     limit = mean_limit(measurement)
     differentiator, bound = DIFFERENTIATORS[options.derivative], limit * gains.levant_share
     derivative, zeta0, zeta1 = split(differentiator, alpha2, state.zeta0, state.zeta1, bound, gains.filter_rad_s)
-    h, slope = saturate(state.v)
-    z3 = h - alpha2
-    wanted = slope * state.v * gains.kappa + derivative - z3 * gains.k3
-    gain = each(GAINS[options.nussbaum], state.chi)
-    rate = rates._replace(v=gain * wanted - state.v * gains.kappa, zeta0=zeta0, zeta1=zeta1)
-    if options.nussbaum != "none":
-        inverse = each(lambda u: 1.0 / u, limit)
-        drive = z3 * inverse * (wanted * inverse) * gains.gamma_chi
-        rate = rate._replace(chi=drive - state.chi * gains.leak_chi if options.modification == "leakage" else drive)
+    wanted, leaks = Wanted(alpha2, derivative, limit), options.modification == "leakage"
+    v, chi = augmented_system.rates(options.nussbaum, leaks, state.v, state.chi, *saturate(state.v), wanted, gains)
+    rate = rates._replace(v=v, chi=chi, zeta0=zeta0, zeta1=zeta1)
     signals: dict[str, Any] = {"alpha2": alpha2, "bound": state.bound, "mass_kg": state.mass, "inertia_kgm2": state.inertia}
     signals |= {"eta": state.direction.eta} if isinstance(state.direction, Direction) else {}
     return Response(state.v, rate, Report(state.chi, drift(state.mass, state.inertia, gains), signals))
