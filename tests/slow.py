@@ -51,6 +51,7 @@ SLOW = frozenset(
         "physics/test_actuators.py::test_a_campaign_flies_them[actuators0]",
         "physics/test_adaptation.py::test_estimates_stay_inside_their_bounds",
         "physics/test_collided_flights.py::test_chosen_metrics_of_a_collided_flight",
+        "physics/test_collided_flights.py::test_the_shipped_collisions_are_counted_to_the_sample",
         "physics/test_control_direction.py::test_a_reversed_channel_is_flown",
         "physics/test_effects.py::test_a_campaign_flies_them",
         "physics/test_elementary.py::test_bits_under_jit[others]",

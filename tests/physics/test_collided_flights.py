@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.physics.test_hulls import CAMPAIGN, SHAPES, flown
+from tests.physics.test_hulls import CAMPAIGN, FINER, SHAPES, flown, smallest
+from tests.short import SHIPPED
 
 METRICS = """\
 metrics:
@@ -39,3 +40,19 @@ def test_chosen_metrics_of_a_collided_flight(tmp_path: Path) -> None:
         assert np.isnan(values[name][collided]).all(), name
     assert np.isfinite(values["fuel_over_bound"][~collided]).all()
     assert not np.isnan(values["contact_time_s"][~collided]).any()
+
+
+def test_the_shipped_collisions_are_counted_to_the_sample() -> None:
+    """The first 64 flights of `campaigns/collision.yaml` until after their last collision, at a twentieth of the step, by the
+    nearest points at every 0.01 s, in which a pursuer moves by 2 mm. Kills: with a shipped campaign, a start or a docking axis in
+    another frame, a hull that is left out, a bound far from the distance."""
+    file, said = SHIPPED / "collision.yaml", ("samples=64", "horizon.duration_s=100")
+    flight = flown(file, 0.05, *said)
+    true = np.array([found for found, _ in smallest(flown(file, 0.05 / FINER, *said, every=4))])
+    clearance = flight.results["metric.hull_clearance_m"]
+    collided = flight.results["outcome"] == "collided"
+    assert np.abs(true).min() > 0.002, "with this seed no flight is this near to a contact"
+    assert np.array_equal(collided, true < 0.0)
+    assert 30 < collided.sum() < 60
+    assert np.all(flight.results["outcome_time_s"][collided] < 95.0)
+    np.testing.assert_allclose(clearance[~collided], true[~collided], rtol=0.0, atol=0.002)

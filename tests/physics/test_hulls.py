@@ -192,13 +192,13 @@ class Flight(NamedTuple):
     turns: Array
 
 
-def flown(path: Path, step_s: float) -> Flight:
-    """Flies the campaign and keeps every step."""
-    problem = load(path, [f"horizon.step_s={step_s!r}"])
+def flown(path: Path, step_s: float, *more: str, every: int = 1) -> Flight:
+    """Flies the campaign and keeps every step, or every so many. more: overrides."""
+    problem = load(path, [f"horizon.step_s={step_s!r}", *more])
     jax_config.configure("float64")
     count = problem.spec.samples
     _, drawn = Draws.of(problem, np.arange(count))
-    came = Flyer.of(problem).fly(drawn, problem.spec.horizon.steps, 1, trace=range(count))
+    came = Flyer.of(problem).fly(drawn, problem.spec.horizon.steps, every, trace=range(count))
     results = tables.outcomes(came, problem.spec.horizon.duration_s, problem.metrics)
     rho, sigma = (np.array([np.array(get(step).parts()).T for step in came.steps]) for get in (_rho, _sigma))
     turn = Turn.from_mrp(sigma.reshape(-1, 3)).inv().as_matrix().reshape(*sigma.shape, 3)
