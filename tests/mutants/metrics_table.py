@@ -22,6 +22,14 @@ END = "physics/test_fuel_bound.py::test_the_end_is_the_docking_point_with_its_ve
 NOTHING = "physics/test_fuel_bound.py::test_nothing_to_do_costs_nothing"
 
 MUTANTS = (
+    Mutant(
+        "a keep-out that a collision makes NaN", "components/metrics/keep_out.py", ", safety=True)", ")",
+        "physics/test_collided_flights.py::test_chosen_metrics_of_a_collided_flight",
+    ),
+    Mutant(
+        "a contact after a collision", CONTACT, "start, update, finish)", "start, update, finish, safety=True)",
+        "physics/test_collided_flights.py::test_chosen_metrics_of_a_collided_flight",
+    ),
     # contact
     Mutant("a port that does not turn", CONTACT, " - cross(step.target.w, rho)", "", TRACE),
     Mutant("an interface that does not turn", CONTACT, "motion.nu + cross(motion.omega, place)", "motion.nu", TRACE),

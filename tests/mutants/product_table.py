@@ -163,6 +163,13 @@ MUTANTS = (
         "cli/test_explain.py::test_a_name_of_several_things_lists_them",
     ),
     Mutant(
+        "an example of a hull without that of the other spacecraft",
+        "components/manual_lookup.py",
+        "for other, keys in _WITH.get((section, key), {}).items()",
+        'for other, keys in _WITH.get((section, f"{key}_"), {}).items()',
+        "cli/test_explain.py::test_examples_say_what_else_is_needed",
+    ),
+    Mutant(
         "products of a matrix in the order of its rows",
         INERTIA,
         '"products": [rows[i][j] for i, j in PRODUCTS.values()]',

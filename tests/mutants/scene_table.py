@@ -6,6 +6,8 @@ from tests.mutants.mutant import Mutant
 
 HULLS, COLLISION = "physics/hulls.py", "components/metrics/collision.py"
 ZONE, CHECKS = "simulation/start_zone.py", "simulation/scene_checks.py"
+PLAUSIBILITY = "simulation/plausibility.py"
+ROOM = "campaign/test_plausibility.py::test_docked_hulls_are_farther_apart_than_the_capture_radius"
 REST, BETWEEN = "physics/test_hulls.py::test_the_bound_at_rest", "physics/test_hulls.py::test_the_bound_between_two_instants"
 BOXES = "physics/test_hulls.py::test_boxes_are_apart_or_not"
 COUNTED = "physics/test_hulls.py::test_collisions_are_counted_to_the_sample"
@@ -96,6 +98,9 @@ MUTANTS = (
         "(axes.a, axes.b, axes.c)])",
         TURNED,
     ),
+    Mutant("hulls that may touch inside the tube", PLAUSIBILITY, "& (distance < tube)", "& (distance < 0.0)", ROOM),
+    Mutant("twice the capture radius", PLAUSIBILITY, "& (distance < tube)", "& (distance < 2.0 * tube)", ROOM),
+    Mutant("the start for the docked pose", CHECKS, "drawn.motion.rho * 0.0,", "drawn.motion.rho * 1.0,", ROOM),
     Mutant("an uncertain cone", CHECKS, "else NO_CONE", "else float(cos(corridor.half_angle_rad))", REFUSED),
     Mutant(
         "the hull from the reference point when docked",
