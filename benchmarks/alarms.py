@@ -53,7 +53,7 @@ OBSERVER: Mapping[str, tuple[Sequence[str], str]] = {
 """The same of campaigns/ci/measured.yaml."""
 
 RARE = {name: WEAKENED[name] for name in ("D̂ off", "sign of K₂z₂ flipped")}
-"""The same of campaigns/ci/rare.yaml, which asks for nothing but the capture."""
+"""The same of campaigns/ci/rare.yaml, which asks for nothing but the clearance and the capture."""
 
 WATCHED = {"docking": WEAKENED, "measured": OBSERVER, "rare": RARE}
 

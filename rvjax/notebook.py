@@ -1,6 +1,6 @@
 """Campaigns and runs as objects, for notebooks and scripts: everything that the command line does, with the same words.
 
-    campaign = rvjax.Campaign("campaign.yaml").with_({"controller.gains.k1": 0.08}, samples=2000)
+    campaign = rvjax.Campaign("campaign.yaml").with_({"controller.gains.k1": 0.15}, samples=2000)
     run = campaign.fly("reports/mine")
     run.samples, run.verdicts, run.replay(17)
 
@@ -47,7 +47,7 @@ class Campaign:
         self._code: dict[str, bytes] = {}
 
     def with_(self, values: Mapping[str, Any] | None = None, /, **sections: Any) -> Self:
-        """The campaign with other values: by their places, `{"controller.gains.k1": 0.08}`, or as sections, `samples=2000`.
+        """The campaign with other values: by their places, `{"controller.gains.k1": 0.15}`, or as sections, `samples=2000`.
 
         A component object (`CONTROLLER`) stands for its Python file, or for the notebook cell that made it;
         `(CONTROLLER, {"gains": {"kp": 0.02}})` gives its parameters. Lists of components take objects too. Errors: UsageError

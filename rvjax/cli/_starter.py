@@ -30,7 +30,7 @@ class Template:
     with_it: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
-CONTROLLER = Template("controller", "controller: {use: ./FILE}", "controller:\n", "  gains: {k1: 0.06, v_max_m_s: 0.6}\n")
+CONTROLLER = Template("controller", "controller: {use: ./FILE}", "controller:\n", "  gains: {k1: 0.1, v_max_m_s: 0.6}\n")
 TEMPLATES: Mapping[str, Template] = {
     "controller": CONTROLLER,
     "discrete-controller": CONTROLLER,
@@ -47,7 +47,7 @@ TEMPLATES: Mapping[str, Template] = {
     "fault": Template("faults", "  - {use: ./FILE, onset_s: {uniform: [30, 150]}}", "\ncontroller:"),
     "disturbance": Template("disturbances", "  - {use: ./FILE}", "\nfaults:"),
     "navigation": Template("navigation", "navigation: [{use: ./FILE}]\n", "capture:"),
-    "guidance": Template("guidance", "guidance: {use: ./FILE}\n", "capture:"),
+    "guidance": Template("guidance", "guidance: {use: ./FILE}", "guidance:", "then down the axis\n"),
     "metric": Template("metrics", "metrics: [{use: ./FILE}]\n", "capture:"),
 }
 """Option of `rvjax init` → what it writes; the file is the template of that name."""
