@@ -88,12 +88,21 @@ def examples() -> list[Example]:
     return list({f"{example.yaml}{example.files}": example for page in pages for example in page.examples}.values())
 
 
-def pasted(text: str) -> str:
-    """The campaign of `rvjax init` with these sections instead of those of the same name."""
-    campaign = STARTER
+def without(campaign: str, text: str) -> str:
+    """The campaign without the sections of this text."""
     for section in re.findall(r"^(\w+):", text, re.MULTILINE):
         campaign = re.sub(rf"^{section}:.*\n(?:[ #-].*\n|\n)*", "", campaign, flags=re.MULTILINE)
-    return f"{campaign}\n{text}"
+    return campaign
+
+
+PLAIN = without(STARTER, "start:\nguidance:\ncorridor:\n") + "start: {rho_m: {box: 20}}\n"
+PLAIN = re.sub(r".*(hull|keep_out|corridor_violation).*\n", "", PLAIN)
+"""The campaign of `rvjax init` without hulls, zone, corridor and guidance, which need keys of several sections."""
+
+
+def pasted(text: str) -> str:
+    """PLAIN with these sections instead of those of the same name."""
+    return f"{without(PLAIN, text)}\n{text}"
 
 
 def test_every_example_is_accepted_when_pasted(rvjax: Run, tmp_path: Path) -> None:

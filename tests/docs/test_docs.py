@@ -43,7 +43,7 @@ def test_links_and_anchors_exist(document: Path) -> None:
 def test_files_exist(document: Path) -> None:
     text = document.read_text(encoding="utf-8")
     named = re.findall(r"(?<![\w/.-])((?:campaigns|tests|rvjax|docs|benchmarks|\.github/workflows)/[\w./-]*\w)", text)
-    illustrations = {"campaigns/x.yaml", "campaigns/tuning/NAME.yaml", "campaigns/scenes/NAME.yaml"}
+    illustrations = {"campaigns/x.yaml", "campaigns/NAME.yaml", "campaigns/tuning/NAME.yaml", "campaigns/scenes/NAME.yaml"}
     assert [name for name in named if not (ROOT / name).exists() and name not in illustrations] == []
 
 
