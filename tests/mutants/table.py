@@ -18,6 +18,7 @@ from tests.mutants import (
     metrics_table,
     product_table,
     propellant_table,
+    rare_table,
     scene_table,
     sensors_table,
     start_table,
@@ -43,4 +44,5 @@ MUTANTS: tuple[Mutant, ...] = (
     *metrics_table.MUTANTS,
     *start_table.MUTANTS,
     *guidance_table.MUTANTS,
+    *rare_table.MUTANTS,
 )

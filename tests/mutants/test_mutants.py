@@ -26,8 +26,8 @@ each_mutant = pytest.mark.parametrize("mutant", MUTANTS, ids=[mutant.name for mu
 
 
 def copy_to(folder: Path) -> Path:
-    """The package, its tests, the campaigns that they read and the project's settings, in a separate folder."""
-    for part in ("rvjax", "tests", "campaigns"):
+    """The package, its tests, the campaigns and margins that they read and the project's settings, in a separate folder."""
+    for part in ("rvjax", "tests", "campaigns", "benchmarks"):
         shutil.copytree(ROOT / part, folder / part, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "pyproject.toml", folder)
     return folder
