@@ -68,9 +68,9 @@ def rounded(dimension: int = 50) -> Case:
 
 
 def hidden(dimension: int = 50) -> Case:
-    """A pocket z₂ > 3 (p = 1.35e-3) without any slope, beside a decoy z₁ > 4.75 (p = 1e-6) that slopes."""
-    p = 1.0 - (1.0 - 1e-6) * special.ndtr(3.0)
-    return Case(lambda z, keys: np.where(z[:, 1] > 3.0, -1.0, LINEAR[1e-6] - z[:, 0]), dimension, float(p))
+    """A pocket z₂ > 3.54 (p = 2e-4) without any slope, beside a decoy z₁ > 4.75 (p = 1e-6) that slopes."""
+    p = 1.0 - (1.0 - 1e-6) * special.ndtr(3.54)
+    return Case(lambda z, keys: np.where(z[:, 1] > 3.54, -1.0, LINEAR[1e-6] - z[:, 0]), dimension, float(p))
 
 
 STEPS = 16

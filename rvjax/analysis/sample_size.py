@@ -124,6 +124,9 @@ def of_requirement(requirement: Requirement, samples: int, trues: Sequence[float
     if requirement.mean:
         problem = "the chances of a mean depend on its distribution"
         raise UsageError(f"{title(requirement)}: {problem}; accepted: requirements on shares")
+    if requirement.is_rare:
+        problem = f"the chances of method {requirement.method} depend on how the margin slopes"
+        raise UsageError(f"{title(requirement)}: {problem}; accepted: requirements judged by counting")
     if requirement.method == "fixed":
         return tuple(_judged_once(samples, limit, confidence, p) for p in shown)
     looks = schedule(samples, every)

@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from decimal import Decimal
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, ValidationError, WithJsonSchema, model_validator
 
 from rvjax.campaign.bound import Bound, bound_of
-from rvjax.campaign.fields import Model, flag, number, option
+from rvjax.campaign.fields import Model, count, flag, number, option
 from rvjax.campaign.plain_values import exact, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, problems, refuse, unexpected
 
-Method = Literal["fixed", "sequential", "sprt"]
+Method = Literal["fixed", "sequential", "sprt", "splitting", "importance"]
+Accept = Literal["proof", "estimate"]
 Interpretation = Literal["ensemble", "temporal", "mixed"]
 
 METRIC = "the metric's unit"
 """Stands for the unit of a number that is compared with a metric."""
+
+RARE = ("splitting", "importance")
+"""Methods for rare failures, which fly beside the samples."""
+
+MOST_RARE = 0.05
+"""A search of rare failures needs levels between all samples and those that may fail."""
 
 _SHARES = ("at_least", "at_most", "quantile", "mean")
 _SIDES = ("below", "above")
@@ -69,6 +77,25 @@ def _ends(given: Any) -> tuple[float, float] | None:
 _RANGE = WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})
 
 
+class RareBudget(Model):
+    """The search of rare failures begins no further replicates when a limit is reached; it has at least twenty."""
+
+    EXAMPLES: ClassVar[tuple[Mapping[str, Any], ...]] = ({"flights": 500_000}, {"minutes": 30})
+
+    flights: int | None = count(
+        default=None, at_least=10_000, at_most=1_000_000_000, doc="number of flights, by default 150,000 without minutes"
+    )
+    minutes: float | None = number(
+        "min", default=None, above=0.0, doc="time limit; the number of replicates then depends on the speed of the machine"
+    )
+
+    @model_validator(mode="after")
+    def _some(self) -> RareBudget:
+        if self.flights is None and self.minutes is None:
+            refuse(Problem("nothing", "accepted: flights or minutes"))
+        return self
+
+
 class Requirement(Model):
     """P(metric below or above a value, or captured) ≥ at_least, or ≤ at_most; or a quantile or the mean below or above a value.
 
@@ -81,6 +108,7 @@ class Requirement(Model):
         {"metric": "saturation_duty", "channel": "any", "at_most": 0.05, "above": 0.2},
         {"metric": "settling_time_s", "mean": True, "below": 150, "range": [0, 300]},
         {"metric": "captured", "at_least": 0.95, "method": "sprt", "expected": 0.99, "power": 0.9},
+        {"metric": "final_position_error_m", "above": 1.0, "at_most": 1e-6, "method": "splitting", "accept": "estimate"},
     )
 
     metric: str = option(doc="captured, or the name of a metric")
@@ -104,7 +132,9 @@ class Requirement(Model):
     )
     confidence: float = number("1", default=0.95, at_least=0.5, below=1.0, doc="confidence of the verdict")
     method: Method = option(
-        default="fixed", doc="fixed: judged once, after all samples; sequential, sprt: judged after every chunk"
+        default="fixed",
+        doc="fixed: judged once, after all samples; sequential, sprt: judged after every chunk; splitting, importance: for rare "
+        "failures, by a search beside the samples",
     )
     expected: float | None = number(
         "1",
@@ -116,7 +146,35 @@ class Requirement(Model):
     power: float | None = number(
         "1", default=None, at_least=0.5, below=1.0, doc="sprt: probability of PASS at the expected share; by default 0.9"
     )
+    accept: Accept | None = option(
+        default=None,
+        doc="splitting, importance: proof (the default): an estimate alone is UNDECIDED, since a failure region that no flight "
+        "reached would not show; estimate: the estimate decides where nothing is proved",
+    )
+    budget: RareBudget | None = option(default=None, doc="splitting, importance: limits of the search")
     name: str | None = option(default=None, doc="shown in the report")
+
+    @property
+    def is_sequential(self) -> bool:
+        """Whether it is judged after every chunk; otherwise once, after all samples."""
+        return self.method in ("sequential", "sprt")
+
+    @property
+    def is_rare(self) -> bool:
+        """Whether its failures are searched beside the samples."""
+        return self.method in RARE
+
+    @property
+    def allowed(self) -> float:
+        """The largest share of samples that may fail to comply, 1 - limit without its rounding error."""
+        if self.at_most is not None:
+            return self.at_most
+        share = self.quantile if self.quantile is not None else self.at_least
+        if share is None:
+            return 0.0
+        if self.quantile is not None and self.below is None:
+            return share
+        return float(1 - Decimal(repr(share)))
 
     @property
     def bound(self) -> Bound | None:
@@ -161,11 +219,14 @@ class Requirement(Model):
 
     def _method(self) -> list[Problem]:
         """Only SPRT compares the limit with a better share."""
+        wrong = self._rare()
         if self.method != "sprt":
             given = [name for name in ("expected", "power") if getattr(self, name) is not None]
-            return [
+            return wrong + [
                 Problem(f"method {self.method} has no {name}", "accepted: method: sprt", (name,), at_key=True) for name in given
             ]
+        if wrong:
+            return wrong
         if self.expected is None:
             return [Problem("missing", "accepted: the share that the design is expected to reach", ("expected",), at_key=True)]
         if self.design <= self.limit:
@@ -173,6 +234,23 @@ class Requirement(Model):
             accepted = f"accepted: a share {side} the required {exact(limit)}"
             return [Problem(f"found {exact(self.expected)}", accepted, ("expected",))]
         return []
+
+    def _rare(self) -> list[Problem]:
+        """Only a search of rare failures has a budget and an estimate; it flies all draws, so it knows no class of samples."""
+        if not self.is_rare:
+            accepted = f"accepted: method: {' or '.join(RARE)}"
+            given = [name for name in ("accept", "budget") if getattr(self, name) is not None]
+            return [Problem(f"method {self.method} has no {name}", accepted, (name,), at_key=True) for name in given]
+        wrong: list[Problem] = []
+        if self.where:
+            accepted = "accepted: method fixed, sequential or sprt with where"
+            wrong.append(Problem(f"method {self.method} has no where", accepted, ("where",), at_key=True))
+        if self.interpretation in ("temporal", "mixed"):
+            wrong.append(Problem(f"found {self.interpretation}", f"accepted with {self.method}: ensemble", ("interpretation",)))
+        if not self.mean and self.allowed > MOST_RARE:
+            accepted = f"accepted: method: fixed, or at most {MOST_RARE:g} of the samples may fail"
+            wrong.append(Problem(f"{exact(self.allowed)} of the samples may fail, which is not rare", accepted, ("method",)))
+        return wrong
 
     def _mean(self) -> list[Problem]:
         """A mean is judged once. A bound outside its range is decided without any flight."""

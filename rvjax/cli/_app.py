@@ -23,7 +23,7 @@ from rvjax.errors import CampaignError, Finding, IncompleteError, RvjaxError
 from rvjax.places import place_of
 
 COMMANDS = (
-    *("init", "check-component", "validate", "run", "check", "report", "compare", "tune", "worst", "replay"),
+    *("init", "check-component", "validate", "run", "check", "report", "compare", "tune", "worst", "rare", "replay"),
     *("plan", "list", "explain", "schema", "bench", "doctor"),
 )
 """The commands in the order of `rvjax --help`: each is the function `command` of `rvjax.cli.<name>`, with _ for -."""

@@ -40,7 +40,7 @@ class CiOutputs:
         from rvjax.campaign.model import load
 
         campaign = load(file, values)
-        early = until_decided and all(requirement.method != "fixed" for requirement in campaign.require)
+        early = until_decided and all(requirement.is_sequential for requirement in campaign.require)
         baseline.check(self.against, campaign.require, None if early else campaign.samples)
 
     @contextmanager

@@ -31,8 +31,12 @@ def fly_and_judge(
     dask: str | None = None,
     until_decided: bool = False,
     timings: bool = False,
+    rare: int | None = None,
 ) -> int:
-    """Flies a campaign and prints its verdicts; returns the exit code. When stopped, prints what is kept and how to resume."""
+    """Flies a campaign and prints its verdicts; returns the exit code. When stopped, prints what is kept and how to resume.
+
+    rare: the number of a requirement whose search of rare failures is shown in detail.
+    """
     from rvjax.run_folder.storages import storage_of
 
     storage_of(out or Path("reports")).check()
@@ -65,10 +69,41 @@ def fly_and_judge(
             )
             finished = fly(file, out, values, options, prepared)
         with phase("report"):
+            if rare is not None:
+                _show_search(finished.folder, rare, output)
             code = _show(finished, output, ci_outputs, file)
         if timings:
             show_timings(output)
         return code
+
+
+def _show_search(folder: Place, number: int, output: Output) -> None:
+    """The levels of a search and the regions of failure."""
+    from rvjax.run_folder import rare_record
+
+    record = rare_record.read(folder, number)
+    if record is None:
+        return
+    rows = [
+        (
+            "failure" if level.level == 0.0 else f"{level.level:.4g}",
+            f"{level.split.value:.3g}",
+            f"{level.share:.3f}",
+            "–" if level.accepted is None else f"{100 * level.accepted:.0f} %",
+            f"{level.count:,} of {record.ordinary:,}",
+            "" if level.agrees else "disagrees",
+        )
+        for level in record.levels
+    ]
+    output.table(("level of the margin", "probability", "share of the last", "moves accepted", "ordinary flights", ""), rows)
+    rows = [
+        (f"{100 * region.share:.0f} %", f"{region.distance:.2f}", ", ".join(f"{m.name} {m.mean:+.1f}" for m in region.moved[:4]))
+        for region in record.regions
+    ]
+    if rows:
+        output.table(("failing points", "|z| of the nearest", "where, in σ"), rows)
+        place = folder / rare_record.folder_of(number) / rare_record.FAILING
+        output.text(f"the nearest failing flight of each region: rvjax run {place}")
 
 
 def _workers(dask: str, output: Output) -> ExecutorFactory:

@@ -100,6 +100,7 @@ def verdict_documents(verdicts: Sequence[Verdict]) -> list[dict[str, Any]]:
             "more_samples": verdict.more,
             "text": verdict.text,
         }
+        | ({} if verdict.rare is None else {"rare": vars(verdict.rare)})
         for verdict in verdicts
     ]
 

@@ -9,16 +9,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal
 
-Phase = Literal["audit", "flights", "traces", "report"]
+Phase = Literal["audit", "flights", "rare failures", "traces", "report"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
     """How far a phase of a run is.
 
-    phase: audit, flights, traces (the kept samples are flown again) or report. done, total: flights that have ended, and all of
-    the phase; both 0 where a phase does not count flights. share: part of all steps of these flights that is flown, 0 to 1; the
-    steps of flights under way count. seconds: time since the phase began. ended: whether this is the last call of the phase.
+    phase: audit, flights, rare failures (a search beside the samples), traces (the kept samples are flown again) or report.
+    done, total: flights that have ended, and all of the phase; both 0 where a phase does not count flights. share: part of all
+    steps of these flights that is flown, 0 to 1; the steps of flights under way count. seconds: time since the phase began.
+    ended: whether this is the last call of the phase. note: the present estimate of a search.
     """
 
     phase: Phase
@@ -27,6 +28,7 @@ class Progress:
     share: float = 0.0
     seconds: float = 0.0
     ended: bool = False
+    note: str = ""
 
 
 OnProgress = Callable[[Progress], None]

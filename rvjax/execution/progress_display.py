@@ -15,7 +15,13 @@ from rvjax.execution.progress import OnProgress, Progress
 LINES_S = 5.0
 """Seconds between two lines of a phase; later 2 % of the time that it has taken, so that the log of a long run stays readable."""
 
-DOING = {"audit": "auditing", "flights": "flying", "traces": "tracing", "report": "writing the report"}
+DOING = {
+    "audit": "auditing",
+    "flights": "flying",
+    "rare failures": "searching rare failures,",
+    "traces": "tracing",
+    "report": "writing the report",
+}
 """What a phase does, in a word or two."""
 
 
@@ -58,11 +64,12 @@ class PhaseText:
         elif self._flown.share == self._first.share:  # the clock starts with the first steps: before them the program is compiled
             self._flown = progress
         name, count = progress.phase, f"{progress.total:,} samples"
+        note = f"; {progress.note}" if progress.note else ""
         if progress.ended:
-            return f"{name}: {f'{progress.done:,} samples in ' if progress.total else ''}{progress.seconds:.1f} s"
+            return f"{name}: {f'{progress.done:,} samples in ' if progress.total else ''}{progress.seconds:.1f} s{note}"
         if self.begins:
             return f"{DOING[name]} {progress.total - progress.done:,} of {count}" if progress.total else DOING[name]
-        return f"{name}: {100.0 * progress.share:.0f} %, {progress.done:,} of {count}{self._speed(progress)}"
+        return f"{name}: {100.0 * progress.share:.0f} %, {progress.done:,} of {count}{self._speed(progress)}{note}"
 
     def _speed(self, progress: Progress) -> str:
         """Samples per second and the time left; empty while the speed is not known."""

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.analysis.run_totals import Totals, wanted
 from rvjax.analysis.verdicts import Verdict, campaign_of
+from rvjax.analysis.verdicts.rare import conclude_all
 from rvjax.campaign import Source, Spec
 from rvjax.campaign.choice import Choice
 from rvjax.campaign.trace_retention import steps_per_row
@@ -32,6 +33,7 @@ from rvjax.execution.identity import PLAN, provenance
 from rvjax.execution.preparation import Prepared, prepare
 from rvjax.execution.progress import OnProgress, PhaseProgress, timed
 from rvjax.execution.progress_display import shown
+from rvjax.execution.rare import search_all
 from rvjax.execution.replay import Trace, recorded, trace
 from rvjax.places import Place
 from rvjax.run_folder import BASELINES, Account, RunDescription, RunFolder
@@ -135,12 +137,15 @@ def fly(
     with storage_of(place).tidied(), _open(problem, flown_by, place, overrides, options, doubtful) as folder:
         options.on_open(place)
         results = _fly_problem(problem, flown_by, folder, options)
+        with phase("rare failures"):
+            search_all(problem, flown_by, folder, options.on_progress)
         baselines: dict[str, Totals] = {}
         for choice in spec.baselines:
             options.on_baseline(choice.name)
             baselines[choice.name] = _fly_baseline(path, choice, folder, overrides, options)
         _report(folder, results, spec, baselines, options)
-    return FinishedRun(place, results.totals.account(folder.requested), results.verdicts)
+        verdicts = conclude_all(results.verdicts, folder.path)
+    return FinishedRun(place, results.totals.account(folder.requested), verdicts)
 
 
 def _fly_baseline(
@@ -184,7 +189,7 @@ def _open(
 
 def _stops_early(spec: Spec, options: RunOptions) -> bool:
     """Whether the run may end before all samples are flown."""
-    sequential = bool(spec.require) and all(requirement.method != "fixed" for requirement in spec.require)
+    sequential = bool(spec.require) and all(requirement.is_sequential for requirement in spec.require)
     return options.until_decided and sequential
 
 
@@ -237,7 +242,7 @@ def _check_resumable(folder: RunFolder, flown_by: Mapping[str, Any], spec: Spec)
     if spec.samples <= folder.requested or folder.missing(math.ceil(folder.requested / LANES)):
         return
     requirements = (spec.require, campaign_of(folder).require)
-    if all(any(requirement.method == "fixed" for requirement in each) for each in requirements):
+    if all(any(not requirement.is_sequential for requirement in each) for each in requirements):
         raise UsageError(
             f"{folder.path}: judged at {folder.requested} samples, now {spec.samples} are asked for; a test with a fixed number "
             f"of samples allows no second look. Accepted: --samples {folder.requested}, method: sequential in "

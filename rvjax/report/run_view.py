@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rvjax.analysis.accumulator import RunAccumulator
 from rvjax.analysis.run_totals import Totals, metric
 from rvjax.analysis.verdicts import Verdict, campaign_of
+from rvjax.analysis.verdicts.rare import conclude_all
 from rvjax.campaign import Spec
 from rvjax.columns import CHANNELS, draw_column, drawn_columns, metric_column
 from rvjax.components.samplers import sampling_design_of
@@ -180,7 +181,7 @@ def assemble_run(
         head=totals.head,
         account=totals.account(folder.requested),
         design=sampling_design_of(campaign),
-        verdicts=accumulator.verdicts,
+        verdicts=conclude_all(accumulator.verdicts, folder.path),
         envelopes=folder.envelopes(),
         traces={sample: folder.trace(sample) for sample in overlaid},
         identity=folder.identity,

@@ -1,27 +1,17 @@
 """The worst draws: a search over what a campaign draws for the smallest margin of a requirement.
 
-    z ∈ R^d ─Φ→ u ∈ (0, 1)^d ─laws→ draws ─fly→ metric ─margin→ g(z), below 0 where the flight does not comply
-
-    requirement            margin of a flight
-    captured               −log₁₀ of the larger of the errors over the closing window, each in radii of its tube
-    metric below v         (v − x)/|v|; where x is infinite, −1 − log₁₀(1 + position error over the closing window, in tubes)
-    metric above v         (x − v)/|v|
-    at_most                with the other sign: what shall hardly ever happen
-    outside of `where`     +∞;  a flight that was lost: −∞;  a body that cannot exist: +∞
-
-z is standard normal, so |z| says how improbable a point is, whatever the laws. Noise in flight is that of sample 0 throughout: a
-flight is a function of z. After the searches the worst case descends along the gradient of its margin, where the metric has a
-gradient; a batch tries LANES lengths of a step. The result is written as a campaign whose sampler gives these very numbers, and
-flown again from there.
+Points, draws and margins: `rvjax.execution.draw_space`. Here a flight that was lost has the margin −∞, a body that cannot exist
++∞, and noise in flight is that of sample 0 throughout: a flight is a function of z. After the searches the worst case descends
+along the gradient of its margin, where the metric has a gradient; a batch tries LANES lengths of a step. The result is written
+as a campaign whose sampler gives these very numbers, and flown again from there.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import jax
 import numpy as np
@@ -29,25 +19,19 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import special
 
-from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.sentences import success_of
 from rvjax.campaign import Requirement, Source
 from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.draw_names import covers
 from rvjax.columns import FAILED, METRIC, draw_column, metric_column
-from rvjax.components.samplers.interface import Samples
-from rvjax.components.samplers.uniforms_table import Block, columns_of
 from rvjax.errors import CampaignError, UsageError
-from rvjax.execution.chunks import STRETCH
+from rvjax.execution.draw_space import Coordinate, DrawSpace, Values
 from rvjax.execution.executors.threads import map_in_threads
 from rvjax.search import failure_search
-from rvjax.simulation import jax_config, tables
-from rvjax.simulation.batch import LANES, Flyer, Tangents, devices
+from rvjax.simulation import jax_config
+from rvjax.simulation.batch import LANES, Tangents
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem, load
-from rvjax.simulation.requirement_checks import counted
-
-Values = NDArray[np.float64]
 
 REACH = 1e-4
 """Difference of z over which the numbers that fly are differenced."""
@@ -63,17 +47,6 @@ DESCENTS = 8
 
 BEYOND = 1e-6
 """Probability that a sample is outside the ball that is searched by default."""
-
-FLAT = 1e3
-"""Margin of a flight whose metric is infinite and has no other measure."""
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """A uniform number of a variable. name: its column in a table of points."""
-
-    variable: str
-    name: str
 
 
 @dataclass(frozen=True)
@@ -111,64 +84,34 @@ class Worst:
     history: tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class Fixed:
-    """A sampler that gives the same points for any samples."""
-
-    seed: int
-    numbers: Mapping[str, Values]
-
-    def at(self, samples: Samples) -> Block:
-        """The points."""
-        return Block(self.seed, samples, self.numbers)
-
-
-class WorstCaseSearch:
+class WorstCaseSearch(DrawSpace):
     """A campaign and the coordinates of its draws that are searched; the other draws stay at their medians."""
 
     def __init__(self, problem: Problem, requirement: Requirement, vary: Sequence[str] = ()) -> None:
-        self.problem, self.requirement = problem, requirement
-        self._reading = RequirementEvaluator(requirement)
-        self._columns = {metric_column(name): column for name, column in problem.metric_columns.items()}
-        self._reading.columns(
-            [*self._columns, *(draw_column(name) for name in (*problem.dispersions.columns, *counted(problem.spec)))]
-        )
-        laws: Mapping[str, Any] = {name: variable.law for name, variable in problem.dispersions.variables.items()}
-        self._counts = {name: law.uniforms for name, law in laws.items()}
-        chosen = [name for name in laws if not vary or any(covers(prefix, name) for prefix in vary)]
-        self.coordinates = tuple(Coordinate(name, column) for name in chosen for column in columns_of(name, self._counts[name]))
-        self._flyer = Flyer.of(problem)
+        super().__init__(problem, requirement, vary)
         self._tangents: dict[str, Tangents] = {}
 
     def fly(self, z: Values) -> list[Case]:
         """A case for each row of z."""
         chunks: list[list[Case]] = []
         parts = [z[first : first + LANES] for first in range(0, len(z), LANES)]
-        map_in_threads(self._chunk, parts, chunks.append, self._flyer.stop)
+        map_in_threads(self._chunk, parts, chunks.append, self.flyer.stop)
         return [case for chunk in chunks for case in chunk]
 
     def _chunk(self, z: Values) -> list[Case]:
-        draws, drawn = self._draws(np.vstack([z, np.repeat(z[:1], LANES - len(z), axis=0)]))
-        horizon = self.problem.spec.horizon
-        flown = self._flyer.fly(drawn, horizon.steps, STRETCH, device=devices()[0])
-        came = tables.outcomes(flown, horizon.duration_s, self.problem.metrics)
-        frame = pd.DataFrame(came | {draw_column(name): values for name, values in draws.values.items()})
+        draws, frame = self.fly_chunk(z)
         margins = np.where(self._exist(draws), self.margins(frame), math.inf)
+        came = {name: frame[metric_column(name)].to_numpy() for name in self.problem.metric_columns}
         return [
             Case(
                 z[row],
                 float(margins[row]),
                 {name: float(values[row]) for name, values in draws.values.items()},
-                {name: float(came[metric_column(name)][row]) for name in self.problem.metric_columns},
-                str(came["outcome"][row]),
+                {name: float(values[row]) for name, values in came.items()},
+                str(frame["outcome"].iloc[row]),
             )
             for row in range(len(z))
         ]
-
-    def _draws(self, z: Values) -> tuple[Draws, Any]:
-        """The draws of points, all with the noise of sample 0."""
-        dispersions = replace(self.problem.dispersions, sampler=Fixed(self.problem.spec.seed, self.numbers(z)))
-        return Draws.of(replace(self.problem, dispersions=dispersions), np.zeros(len(z), dtype=np.int64))
 
     def gradient(self, case: Case) -> Values:
         """(d,) gradient of the margin at a case, through every step of the flight; a lane for each coordinate. 0 where the metric
@@ -179,8 +122,8 @@ class WorstCaseSearch:
         metric = next(metric for metric in self.problem.metrics if name in metric.columns)
         program = self._tangents.setdefault(name, Tangents(self.problem.loop, metric, name))
         count, steps = len(case.z), self.problem.spec.horizon.steps
-        (_, high), (_, low) = (self._draws(case.z + sign * REACH * np.eye(count)) for sign in (1.0, -1.0))
-        numbers = self._draws(np.repeat(case.z[None], count, axis=0))[1]
+        (_, high), (_, low) = (self.draws(case.z + sign * REACH * np.eye(count)) for sign in (1.0, -1.0))
+        numbers = self.draws(np.repeat(case.z[None], count, axis=0))[1]
         tangent = jax.tree.map(lambda a, b: (a - b) / (2.0 * REACH), high, low)
         slopes = program.fly(numbers, tangent, steps) * self._rise(case, name)
         return np.where(np.isfinite(slopes), slopes, 0.0)
@@ -190,7 +133,7 @@ class WorstCaseSearch:
         if case.outcome in FAILED or not math.isfinite(case.margin):
             return None
         if self.requirement.metric != "captured":
-            return self._reading.column.removeprefix(METRIC)
+            return self.reading.column.removeprefix(METRIC)
         names = ("window_position_error_m", "window_attitude_error_deg")
         falls = [self.margins(case.frame({name: 1.01 * case.values[name]}))[0] for name in names]
         return names[int(np.argmin(falls))]
@@ -202,37 +145,10 @@ class WorstCaseSearch:
         high, low = (float(self.margins(case.frame({name: x + sign * step}))[0]) for sign in (1.0, -1.0))
         return (high - low) / (2.0 * step)
 
-    def numbers(self, z: Values) -> dict[str, Values]:
-        """(n, count) uniform numbers of every variable at points (n, d)."""
-        inside = np.clip(special.ndtr(z), np.finfo(float).tiny, np.nextafter(1.0, 0.0))
-        numbers = {name: np.full((len(z), count), 0.5) for name, count in self._counts.items()}
-        index = {(name, column): k for name, count in self._counts.items() for k, column in enumerate(columns_of(name, count))}
-        for values, coordinate in zip(inside.T, self.coordinates, strict=True):
-            numbers[coordinate.variable][:, index[coordinate.variable, coordinate.name]] = values
-        return numbers
-
     @staticmethod
     def _exist(draws: Draws) -> NDArray[np.bool_]:
         rejected = [values for name, values in draws.values.items() if name.endswith(".rejected")]
         return np.all([values == 0 for values in rejected], axis=0) if rejected else np.ones(len(draws.samples), dtype=bool)
-
-    def margins(self, frame: pd.DataFrame) -> Values:
-        """(n,) margins of flights; NaN for a flight that collided or is not finite."""
-        requirement, capture = self.requirement, self.problem.spec.capture
-        position = frame[metric_column("window_position_error_m")].to_numpy(dtype=float) / capture.position_m
-        if requirement.metric == "captured":
-            turn = (
-                np.tan(np.radians(frame[metric_column("window_attitude_error_deg")].to_numpy(dtype=float)) / 4.0)
-                / capture.attitude_mrp
-            )
-            margin = -np.log10(np.maximum(np.maximum(position, turn), 1e-12))
-        else:
-            x = self._reading.values(frame, self._columns)
-            limit, sign = self._reading.bound.value, self._reading.bound.sign
-            never = -1.0 - np.log10(1.0 + np.where(np.isfinite(position), position, FLAT))
-            margin = np.where(np.isinf(x), sign * np.sign(x) * never, sign * (limit - x) / (abs(limit) or 1.0))
-            margin = -margin if requirement.at_most is not None else margin
-        return np.where(self._reading.chosen(frame), np.where(frame["outcome"].isin(FAILED), np.nan, margin), math.inf)
 
 
 def prepare(

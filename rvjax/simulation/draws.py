@@ -48,7 +48,7 @@ class Draws:
 
     points: of the samples. seed: of the noise in flight. meanings: of every draw with a distribution, by name. moved: for some
     streams, by name, (samples,) whether a sample gets other numbers than usual from it. streams: the columns that each stream
-    determines, in the order of the draws.
+    determines, in the order of the draws. noise: (samples,) samples whose noise they have; None: their own.
     """
 
     points: Points
@@ -59,6 +59,7 @@ class Draws:
     values: dict[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
     columns: dict[str, Column] = field(default_factory=dict[str, Column])
     streams: dict[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
+    noise: NDArray[np.int64] | None = None
 
     def block(self, name: str, count: int, *columns: str) -> Values:
         """(samples, count) uniform numbers of the stream `name`, which determines these columns."""
@@ -123,7 +124,8 @@ class Draws:
 
     def key(self, name: str) -> tuple[Values, ...]:
         """A random key for every sample: four whole numbers of 16 bits, which are exact in float32 too."""
-        return tuple(np.floor(self._moved(name, uniforms(self.seed, name, self.samples), ()) * 65536.0).T)
+        numbers = uniforms(self.seed, name, self.samples if self.noise is None else self.noise)
+        return tuple(np.floor(self._moved(name, numbers, ()) * 65536.0).T)
 
     def scheduled(self, part: Part, schedule: Schedule, onset: Channels | Thrusts) -> Channels | Thrusts:
         """The onsets of the failing channels or thrusters of each sample, +∞ for all others. They are kept as columns."""
@@ -153,7 +155,8 @@ class Draws:
     ) -> tuple[Self, Drawn]:
         """The draws of these samples by name, and the numbers of their flights."""
         points, rejected = problem.dispersions.at(samples)
-        draws = cls(points, samples, problem.spec.seed, problem.dispersions.columns, moved or {})
+        noise = problem.dispersions.noise(samples)
+        draws = cls(points, samples, problem.spec.seed, problem.dispersions.columns, moved or {}, noise=noise)
         drawn = _drawn(problem, draws)
         for name, counts in rejected.items():
             draws.values[name] = counts

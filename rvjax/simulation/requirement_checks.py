@@ -15,13 +15,13 @@ from rvjax.stats import clopper_pearson_lower, clopper_pearson_upper, log_e_fail
 
 def findings(spec: Spec, draws: Collection[str]) -> list[Finding]:
     """Findings about classes by unknown draws, undecidable requirements and wrong interpretations. draws: the names of all."""
-    return [*_classes(spec, {*draws, *counted(spec)}), *_undecidable(spec), *_interpretations(spec)]
+    return [*_classes(spec, {*draws, *counted(spec)}), *_undecidable(spec), *_interpretations(spec), *_unsearchable(spec, draws)]
 
 
 def reach(requirement: Requirement, samples: int) -> tuple[bool, bool]:
     """Whether the samples can reach PASS (if all comply) and FAIL (if none complies)."""
     limit, confidence, n = requirement.limit, requirement.confidence, samples
-    if requirement.mean:
+    if requirement.mean or requirement.is_rare:
         return True, True
     if requirement.method == "fixed":
         return clopper_pearson_lower(n, n, confidence) >= limit, clopper_pearson_upper(0, n, confidence) < limit
@@ -54,6 +54,14 @@ def _undecidable(spec: Spec) -> Iterator[Finding]:
         if not any(reach(requirement, spec.samples)):
             message = f"{spec.samples} samples can reach neither PASS nor FAIL"
             yield spec.source.finding(("require", index), message, "accepted: more samples, or a lower confidence")
+
+
+def _unsearchable(spec: Spec, draws: Collection[str]) -> Iterator[Finding]:
+    """Rare failures of a campaign without draws: every flight is the same."""
+    for index, requirement in enumerate(spec.require):
+        if requirement.is_rare and not draws:
+            message = f"nothing is drawn, so method {requirement.method} has nothing to search"
+            yield spec.source.finding(("require", index, "method"), message, "accepted: a campaign with a distribution")
 
 
 def _interpretations(spec: Spec) -> Iterator[Finding]:

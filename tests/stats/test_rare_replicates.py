@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rvjax.stats.rare.replicates import BETS, log_e_value, proved_lower_bound, student_interval, variation
+from rvjax.stats.rare.replicates import BETS, log_e_value, lopsided, proved_lower_bound, student_interval, variation
 
 LAWS = [((0.0, 10.0), (0.9, 0.1)), ((0.5, 3.0), (0.8, 0.2)), ((0.0, 1.0, 4.0), (0.5, 0.3, 0.2))]
 """Values of a replicate and their probabilities."""
@@ -60,3 +60,10 @@ def test_student_is_that_of_scipy() -> None:
     assert variation(p) == pytest.approx(p.std(ddof=1) / p.mean(), rel=1e-12)
     with pytest.raises(ValueError, match="not negative"):
         proved_lower_bound([-1e-9], 0.95)
+
+
+def test_lopsided_replicates_are_named() -> None:
+    """Nine replicates above 0, one that is 60 % of the sum, and ten equal ones. Kills: a missing rule, a limit off by one."""
+    assert lopsided([0.0] * 11 + [1e-6] * 9) == "only 9 of 20 replicates reached a failure"
+    assert lopsided([1e-6] * 10 + [15e-6]) == "one of 11 replicates is 60 % of their sum"
+    assert lopsided([1e-6] * 10) == ""

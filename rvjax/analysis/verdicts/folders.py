@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rvjax.analysis.run_totals import Ledger
+from rvjax.analysis.verdicts.rare import conclude_all
 from rvjax.analysis.verdicts.tally import tallies
 from rvjax.campaign import load
 from rvjax.components.samplers import sampling_design_of
@@ -21,16 +22,24 @@ if TYPE_CHECKING:
 SEARCH = "tune"
 """The key in the identity of a folder that shows that it belongs to a search (`rvjax.run_folder.tuning_record`)."""
 
+RARE = "rare"
+"""The same for a search of rare failures (`rvjax.run_folder.rare_record`)."""
+
 
 def campaign_of(folder: RunFolder) -> Spec:
     """The campaign of a run folder, with the overrides that its provenance records.
 
     FolderError if the campaign file was changed; UsageError if the folder belongs to a search, whose flights are of many
-    candidates.
+    candidates or no samples.
     """
     if SEARCH in folder.identity:
         confirming = ", ".join(str(folder.path / name) for name in (TUNED, ORIGINAL))
         raise UsageError(f"{folder.path}: the folder of a search, whose flights are of many candidates; accepted: {confirming}")
+    if RARE in folder.identity:
+        raise UsageError(
+            f"{folder.path}: the folder of a search of rare failures, whose flights are no samples; "
+            f"accepted: {folder.path.parent}"
+        )
     return load(folder.campaign_source(), [str(item) for item in folder.provenance.get("overrides", ())])
 
 
@@ -56,4 +65,4 @@ def account_and_verdicts(path: str | Place) -> tuple[Account, tuple[Verdict, ...
     for chunk, frame, begins in folder.extracted(needed) or folder.some(["sample", "outcome", *needed]):
         ledger.add(chunk, frame, columns)
         counted.add(frame, columns, begins)
-    return ledger.account(folder.requested), counted.verdicts()
+    return ledger.account(folder.requested), conclude_all(counted.verdicts(), folder.path)

@@ -45,7 +45,7 @@ def of_share(requirement: Requirement, successes: int, share: Estimate, quantity
     percent = _percentages(requirement.limit, share)
     observed = f" ({percent[3]})" if share.n else ""
     confidence = f"with {chosen(share.confidence)} % confidence"
-    stopping = " at any stopping time" if requirement.method != "fixed" else ""
+    stopping = " at any stopping time" if requirement.is_sequential else ""
     never = "not " if requirement.at_most is not None else ""
     text = (
         f"{_start(requirement)}{never}{condition(requirement, unit)} in {successes} of {share.n} samples{_of_class(requirement)}"

@@ -13,6 +13,7 @@ import pandas as pd  # pyright: ignore[reportMissingTypeStubs]
 from rvjax.analysis.run_totals import AT_ONCE, sketch_of
 from rvjax.analysis.verdicts import sentences
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
+from rvjax.analysis.verdicts.rare import conclude
 from rvjax.analysis.verdicts.verdict import Evidence, Verdict, Word
 from rvjax.columns import Column
 from rvjax.errors import UsageError
@@ -115,7 +116,8 @@ class ShareTally:
     def verdict(self) -> Verdict:
         """The verdict from the samples counted so far."""
         evidence = self._evidence()
-        return self._fixed() if evidence is None else self._sequential(evidence)
+        verdict = self._fixed() if evidence is None else self._sequential(evidence)
+        return conclude(verdict, None) if self.requirement.is_rare else verdict
 
     def _fixed(self) -> Verdict:
         requirement = self.requirement
@@ -138,7 +140,7 @@ class ShareTally:
     def _evidence(self) -> Evidence | None:
         """The evidence of a sequential method after each chunk, as far as the chunks have no gap from sample 0 on."""
         requirement, looks = self.requirement, list[tuple[int, int]]()
-        if requirement.method == "fixed":
+        if not requirement.is_sequential:
             return None
         behind, n, failures = 0, 0, 0
         for first in sorted(self._chunks):

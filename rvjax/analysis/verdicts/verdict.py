@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rvjax.stats import Estimate
 
 Word = Literal["PASS", "FAIL", "UNDECIDED"]
+Basis = Literal["counted", "proved", "accepted", "conditional", "refused", "missing"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -34,6 +35,32 @@ class Evidence:
 
 
 @dataclass(frozen=True, kw_only=True)
+class RareFailure:
+    """What is known of the probability p that a sample does not comply, where a search for rare failures was asked for.
+
+    allowed: the largest accepted p. value, low, high: the estimate of the search and its nominal bounds, each one-sided at the
+    requirement's confidence, conditional on every failure region of weight having been reached; None without a search.
+    proved_low, proved_high: proved bounds, the upper from ordinary flights alone. replicates, flights: independent estimates of
+    the search, and its flights. ordinary, failing: samples, and those that fail. refusals: why the estimate is not trusted.
+    basis: what the verdict rests on (`rvjax.analysis.verdicts.rare`).
+    """
+
+    method: str
+    allowed: float
+    value: float | None
+    low: float | None
+    high: float | None
+    proved_low: float
+    proved_high: float
+    replicates: int
+    flights: int
+    ordinary: int
+    failing: int
+    refusals: tuple[str, ...]
+    basis: Basis
+
+
+@dataclass(frozen=True, kw_only=True)
 class Verdict:
     """The verdict on a requirement from `n` samples.
 
@@ -41,7 +68,8 @@ class Verdict:
     limit: the required share, or the value that the mean is compared with. estimate: the share of successes, or the mean; each
     end is a one-sided bound at the requirement's confidence. quantity: the quantile of a requirement on a quantile (unit of the
     metric); each end of its interval holds at the requirement's confidence. unit: of limit and estimate. more: roughly how many
-    further samples would decide, None if decided or if no number would. evidence: of a sequential method. text: a sentence.
+    further samples would decide, None if decided or if no number would. evidence: of a sequential method. rare: of a search for
+    rare failures. text: a sentence.
     """
 
     requirement: Requirement
@@ -55,6 +83,7 @@ class Verdict:
     text: str
     unit: str = "1"
     evidence: Evidence | None = None
+    rare: RareFailure | None = None
 
     @property
     def low_bound(self) -> float:

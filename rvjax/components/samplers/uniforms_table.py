@@ -4,8 +4,9 @@
 
 A column has the name of a variable, `pursuer.mass_kg`, and numbers in (0, 1); 0.5 gives the median. A distribution of several
 uniform numbers has a column for each, `start.rho_m.0`, `start.rho_m.1`, … Unlike the values of a plan, these numbers also
-reproduce draws that are correlated or redrawn after rejection: with the same seed, every draw of a flight is bit-equal. `rvjax
-worst` writes such files. The rows need not be independent, so this design is for exploration and gives no verdict.
+reproduce draws that are correlated or redrawn after rejection: with the same seed, every draw of a flight is bit-equal. A column
+`noise` has the number of the sample whose noise in flight a row has; without it, a sample has its usual noise. `rvjax worst` and
+`rvjax rare` write such files. The rows need not be independent, so this design is for exploration and gives no verdict.
 """
 
 from __future__ import annotations
@@ -24,6 +25,12 @@ from rvjax.components.samplers.interface import Samples, Sampling, Scheme, Setti
 from rvjax.components.samplers.sample_table import SampleTable, rows_of
 from rvjax.stats.random_streams import uniforms
 from rvjax.stats.sampling_design import Exploration
+
+NOISE = "noise"
+"""The column with the samples whose noise the rows have."""
+
+MOST_SAMPLES = 2.0**53
+"""Below it every whole number is exact in the file."""
 
 
 class Parameters(Model):
@@ -61,14 +68,19 @@ class Block:
 
 @dataclass(frozen=True)
 class UniformsTable:
-    """numbers: (rows, count) of each variable."""
+    """numbers: (rows, count) of each variable. keys: (rows,) samples whose noise the rows have; None: their own."""
 
     seed: int
     numbers: Mapping[str, Values] = field(repr=False)
+    keys: Samples | None = None
 
     def at(self, samples: Samples) -> Block:
         """The points of some samples."""
-        return Block(self.seed, samples, rows_of(self.numbers, samples))
+        return Block(self.seed, self.noise(samples), rows_of(self.numbers, samples))
+
+    def noise(self, samples: Samples) -> Samples:
+        """(samples,) the samples whose noise in flight these samples have."""
+        return samples if self.keys is None else self.keys[samples % len(self.keys)]
 
 
 def scheme(parameters: Parameters) -> Scheme:
@@ -77,20 +89,25 @@ def scheme(parameters: Parameters) -> Scheme:
 
     def problems(setting: Setting) -> Iterable[Problem]:
         variables = _columns(setting)
-        known = [column for columns in variables.values() for column in columns]
+        known = [NOISE, *(column for columns in variables.values() for column in columns)]
         for name in table.columns:
             if name not in known:
                 yield table.name_problem(f"{name} is not a column of any variable", did_you_mean(name, known))
         for columns in variables.values():
             yield from table.missing_problems(columns)
         for name, values in table.columns.items():
-            yield from table.value_problems(name, (name,), (values > 0.0) & (values < 1.0), "a number above 0 and below 1")
+            if name == NOISE:
+                valid = (values >= 0.0) & (values < MOST_SAMPLES) & (values == np.floor(values))
+                yield from table.value_problems(name, (name,), valid, "the number of a sample, from 0 and below 2^53")
+            else:
+                yield from table.value_problems(name, (name,), (values > 0.0) & (values < 1.0), "a number above 0 and below 1")
         yield from table.length_problems(setting)
 
     def make(setting: Setting) -> UniformsTable:
         present = {name: columns for name, columns in _columns(setting).items() if columns[0] in table.columns}
         numbers = {name: np.column_stack([table.columns[column] for column in columns]) for name, columns in present.items()}
-        return UniformsTable(setting.seed, numbers)
+        keys = table.columns.get(NOISE)
+        return UniformsTable(setting.seed, numbers, None if keys is None else keys.astype(np.int64))
 
     return Scheme(make, problems, extends=False)
 

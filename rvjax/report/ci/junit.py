@@ -14,12 +14,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
+from rvjax.analysis.verdicts.rare import WORDS
 from rvjax.analysis.verdicts.sentences import title
 from rvjax.errors import visible
 
 if TYPE_CHECKING:
     from rvjax.analysis.baseline import BaselineComparison
     from rvjax.analysis.verdicts import Verdict
+    from rvjax.analysis.verdicts.verdict import RareFailure
 
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 cannot hold, not even escaped."""
@@ -99,7 +101,16 @@ def _properties(verdict: Verdict) -> dict[str, str]:
         "required": f"{verdict.limit:.12g}",
         "low": f"{verdict.low_bound:.12g}",
         "high": f"{verdict.high_bound:.12g}",
+    } | ({} if verdict.rare is None else _of_rare(verdict.rare))
+
+
+def _of_rare(rare: RareFailure) -> dict[str, str]:
+    """The failure probability: allowed, proved bounds, and the estimate with its nominal bounds; what the verdict rests on."""
+    numbers = {"allowed": rare.allowed, "proved_low": rare.proved_low, "proved_high": rare.proved_high}
+    numbers |= {
+        name: x for name, x in (("estimate", rare.value), ("nominal_low", rare.low), ("nominal_high", rare.high)) if x is not None
     }
+    return {"basis": WORDS[rare.basis]} | {f"failure_{name}": f"{value:.6g}" for name, value in numbers.items()}
 
 
 def _text(text: str) -> str:

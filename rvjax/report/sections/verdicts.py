@@ -14,6 +14,11 @@ from rvjax.report.number_format import SPACE, capital, channel, count, label, pe
 from rvjax.report.run_view import Run, is_share
 
 _HEAD = ("requirement", "verdict", "compliant share", "required share", "quantile or mean", "method")
+_SEARCHED = (
+    "Methods splitting and importance: PASS is proved by ordinary flights only, FAIL by these or by the proved lower bound of "
+    "the search; an estimate is conditional on every failure region of weight having been reached, and decides only where the "
+    "requirement accepts it."
+)
 _ORDER = ("FAIL", "UNDECIDED", "PASS")
 
 
@@ -40,8 +45,10 @@ def _caption(requirements: Sequence[Requirement]) -> str:
         "sequential": "Method sequential: PASS and FAIL as soon as the evidence for them reaches its decision level.",
         "sprt": "Method sprt: PASS as soon as the evidence for the expected share against the required share reaches its level; "
         "FAIL as soon as that against the expected share does.",
+        "splitting": _SEARCHED,
+        "importance": _SEARCHED,
     }
-    parts = [text for method, text in texts.items() if method in methods]
+    parts = list(dict.fromkeys(text for method, text in texts.items() if method in methods))
     if any(requirement.mean for requirement in requirements):
         parts.append("Mean: PASS if its confidence interval lies on the required side of the bound, FAIL if on the other side.")
     one_sided = "UNDECIDED: neither; more samples are needed. Each bound is one-sided at the requirement's confidence."

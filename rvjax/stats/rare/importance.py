@@ -72,6 +72,11 @@ def select(z: Values, independent: int) -> NDArray[np.int64]:
     return np.flatnonzero((mean > limit) | (variance > limit))
 
 
+def usual(dimension: int) -> Proposal:
+    """The law N(0, I) itself: every weight is 1."""
+    return Proposal(dimension, np.zeros(0, dtype=np.int64), Mixture(np.ones(1), np.zeros((1, 0)), np.ones(1)))
+
+
 def learn(z: Values, independent: int, seed: int) -> Proposal:
     """q from failing points z (n, d) of N(0, I), worth `independent` independent ones. ValueError without two points."""
     if len(z) < 2:
@@ -81,7 +86,7 @@ def learn(z: Values, independent: int, seed: int) -> Proposal:
     few = z if len(z) <= LEARNED else z[rng.choice(len(z), LEARNED, replace=False)]
     x = few[:, selected]
     if not len(selected):
-        return Proposal(z.shape[1], selected, Mixture(np.ones(1), np.zeros((1, 0)), np.ones(1)))
+        return usual(z.shape[1])
     mixture = fit(x, MOST_PARTS, rng, min(independent, len(few)))
     return Proposal(z.shape[1], selected, Mixture(mixture.shares, mixture.means, INFLATION * mixture.variances))
 

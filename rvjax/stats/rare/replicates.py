@@ -24,6 +24,9 @@ from rvjax.stats.binomial import Estimate
 BETS = (0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 """λ_k, with equal weights."""
 
+FEWEST_POSITIVE = 10
+"""Replicates above 0 that an interval needs."""
+
 NOMINAL = "Student's t over independent replicates, nominal (approximate)"
 
 
@@ -66,6 +69,18 @@ def variation(estimates: ArrayLike) -> float:
     """The coefficient of variation of a replicate, s/p̂; NaN where it has no meaning."""
     p = _estimates(estimates)
     return float(np.std(p, ddof=1) / np.mean(p)) if p.size > 1 and np.any(p > 0.0) else math.nan
+
+
+def lopsided(estimates: ArrayLike) -> str:
+    """Why Student's interval says nothing: fewer than FEWEST_POSITIVE replicates above 0, or one that is most of their sum. Empty
+    where nothing speaks against it."""
+    p = _estimates(estimates)
+    positive, total = int(np.count_nonzero(p)), float(p.sum())
+    if positive < FEWEST_POSITIVE:
+        return f"only {positive} of {p.size} replicates reached a failure"
+    if float(p.max()) > 0.5 * total:
+        return f"one of {p.size} replicates is {100 * float(p.max()) / total:.0f} % of their sum"
+    return ""
 
 
 def _estimates(estimates: ArrayLike) -> NDArray[np.float64]:
