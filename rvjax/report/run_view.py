@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -26,8 +26,9 @@ from rvjax.places import Place
 from rvjax.report import fault_severity
 from rvjax.report.blocks import Number
 from rvjax.report.number_format import count
-from rvjax.run_folder import BASELINES, Account, Audited, Column, RunFolder
+from rvjax.run_folder import BASELINES, Account, Audited, Column, RunFolder, rare_record
 from rvjax.run_folder.entries import EntryRows
+from rvjax.run_folder.rare_record import RareRecord
 from rvjax.run_folder.storages import is_run_folder
 from rvjax.stats.quantile_sketch import Sketch
 from rvjax.stats.sampling_design import SamplingDesign
@@ -47,7 +48,8 @@ class Run:
     """A run folder, read and judged.
 
     folder: its path, as commands need it; head: the rows of the first samples; design: how the samples were drawn, which decides
-    whether estimates have intervals; baselines: by name, the totals of the other controllers on the same draws.
+    whether estimates have intervals; baselines: by name, the totals of the other controllers on the same draws; searches: of rare
+    failures, by the number of their requirement.
     """
 
     folder: str
@@ -65,6 +67,7 @@ class Run:
     chunks: EntryRows
     extract: bytes | None
     baselines: Mapping[str, Totals]
+    searches: Mapping[int, RareRecord] = field(default_factory=dict[int, RareRecord])
 
     @property
     def flown(self) -> int:
@@ -190,6 +193,11 @@ def assemble_run(
         chunks=folder.chunks,
         extract=accumulator.extract(folder.chunks),
         baselines={name: other for name in names if (other := _baseline(folder, name, totals, baselines or {}))},
+        searches={
+            number: record
+            for number, requirement in enumerate(campaign.require, 1)
+            if requirement.is_rare and (record := rare_record.read(folder.path, number)) is not None
+        },
     )
 
 

@@ -19,6 +19,7 @@ from rvjax.report.sections import (
     evidence,
     other_metrics,
     provenance,
+    rare_failures,
     safety,
     saturation,
     settling,
@@ -29,6 +30,7 @@ from rvjax.report.sections import (
 SECTIONS: tuple[Callable[[Run], Section | None], ...] = (
     verdicts.section,
     evidence.section,
+    rare_failures.section,
     captured.section,
     settling.section,
     safety.section,
