@@ -137,7 +137,7 @@ def fly(
     with storage_of(place).tidied(), _open(problem, flown_by, place, overrides, options, doubtful) as folder:
         options.on_open(place)
         results = _fly_problem(problem, flown_by, folder, options)
-        with phase("rare failures"):
+        with phase("fly"):
             search_all(problem, flown_by, folder, options.on_progress)
         baselines: dict[str, Totals] = {}
         for choice in spec.baselines:

@@ -7,6 +7,11 @@ from tests.mutants.mutant import Mutant
 SPLITTING, IMPORTANCE, REPLICATES = (f"stats/rare/{name}.py" for name in ("splitting", "importance", "replicates"))
 MIXTURE, TAIL, CHECK, POINTS = (f"stats/rare/{name}.py" for name in ("gaussian_mixture", "tail_index", "level_check", "points"))
 
+SPACE, VERDICTS = "execution/draw_space.py", "analysis/verdicts/rare.py"
+
+SIGNS = "rare/test_search.py::test_margins_have_the_sign_of_the_verdict"
+AGAIN = "rare/test_search.py::test_a_failing_flight_flies_again"
+RESTS = "rare/test_verdicts.py::test_what_a_verdict_rests_on"
 MET = "stats/test_rare_splitting.py::test_the_probability_is_met"
 MOVES = "stats/test_rare_splitting.py::test_moves_keep_the_normal_law_and_the_keys"
 REFUSED = "stats/test_rare_importance.py::test_weights_that_cannot_be_trusted_are_refused"
@@ -160,5 +165,76 @@ MUTANTS = (
         "+ 10 * 0.5) / (n + 10)",
         "+ 1000 * 0.5) / (n + 1000)",
         "stats/test_rare_importance.py::test_the_shape_of_a_pareto_law_is_recovered",
+    ),
+    Mutant(
+        "a lost flight without a time",
+        SPACE,
+        "-1.0 - (duration - np.minimum(time, duration)) / duration",
+        "-1.0 - 0.0 * time",
+        SIGNS,
+    ),
+    Mutant(
+        "0 as a failure where it complies",
+        SPACE,
+        "np.where(complies, np.fmax(margin, tiny),",
+        "np.where(complies, margin,",
+        SIGNS,
+    ),
+    Mutant(
+        "noise of sample 0 for every flight",
+        SPACE,
+        "np.zeros(len(z), dtype=np.int64) if keys is None else keys",
+        "np.zeros(len(z), dtype=np.int64)",
+        AGAIN,
+    ),
+    Mutant(
+        "the noise of sample k for that of the row",
+        "simulation/dispersions.py",
+        "self.sampler.noise(samples) if isinstance",
+        "samples if isinstance",
+        AGAIN,
+    ),
+    Mutant(
+        "chunks of another search that are believed",
+        "execution/rare/flights.py",
+        "int(table[POINTS.name].iloc[0]) != _mark(points)",
+        "False",
+        "rare/test_search.py::test_chunks_of_other_points_are_refused",
+    ),
+    Mutant(
+        "each part for itself",
+        "execution/rare/regions.py",
+        "axis=2) < NEAR",
+        "axis=2) < 0.5",
+        "rare/test_search.py::test_parts_near_each_other_are_one_region",
+    ),
+    Mutant(
+        "FAIL at the whole risk twice",
+        VERDICTS,
+        "half = 1.0 - (1.0 - confidence) / 2.0",
+        "half = confidence",
+        "rare/test_verdicts.py::test_the_bounds_are_those_that_are_stated",
+    ),
+    Mutant(
+        "an estimate that passes unasked",
+        VERDICTS,
+        "if accepted and rare.high <= rare.allowed:",
+        "if rare.high <= rare.allowed:",
+        RESTS,
+    ),
+    Mutant("a refused estimate that decides", VERDICTS, "    if rare.refusals:", "    if False:", RESTS),
+    Mutant(
+        "the value for its upper bound",
+        VERDICTS,
+        "accepted and rare.high <= rare.allowed",
+        "accepted and rare.value <= rare.allowed",
+        RESTS,
+    ),
+    Mutant(
+        "a search that the verdicts forget",
+        "analysis/verdicts/folders.py",
+        "conclude_all(counted.verdicts(), folder.path)",
+        "counted.verdicts()",
+        "rare/test_search.py::test_verdicts_of_the_folder",
     ),
 )

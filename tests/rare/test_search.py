@@ -11,13 +11,16 @@ import pytest
 from scipy import stats
 
 from rvjax.analysis.verdicts import campaign_of
-from rvjax.errors import UsageError
+from rvjax.errors import FolderError, UsageError
 from rvjax.execution import run
 from rvjax.execution.draw_space import DrawSpace
 from rvjax.execution.progress import Progress
+from rvjax.execution.rare import regions
+from rvjax.execution.rare.flights import RareFlights
 from rvjax.run_folder import RunFolder, rare_record
 from rvjax.run_folder.rare_record import RareRecord
 from rvjax.simulation.problem import load
+from rvjax.stats.rare.points import normal_points
 from tests.program import Run
 
 CAMPAIGN = """rvjax: 1
@@ -134,6 +137,25 @@ def test_a_search_that_was_stopped_is_resumed(campaign: Path, flown: Path, tmp_p
     run.run(campaign, out, progress=False)
     name = rare_record.NAME
     assert (out / "rare-1" / name).read_bytes() == (flown / "rare-1" / name).read_bytes()
+
+
+def test_parts_near_each_other_are_one_region() -> None:
+    """A chain of means 2 σ apart is one region, a mean 3 σ away another, in any order. Kills: each part for itself, all parts in
+    one."""
+    means = np.array([[0.0, 0.0], [7.0, 0.0], [2.0, 0.0], [4.0, 0.0]])
+    came = regions.merged(means).tolist()
+    assert came[0] == came[2] == came[3] != came[1]
+
+
+def test_chunks_of_other_points_are_refused(campaign: Path, flown: Path) -> None:
+    """A folder whose chunks are of other points than the search asks for. Kills: margins that are taken for those of other
+    flights."""
+    problem = load(campaign)
+    space = DrawSpace(problem, problem.spec.require[0])
+    points = normal_points(np.random.default_rng(99), 416, len(space.coordinates))
+    folder = RunFolder.open(flown / "rare-1")
+    with pytest.raises(FolderError, match="of other points than this search asks for"):
+        RareFlights(space, folder, lambda flights: None, lambda: None).margin(points)
 
 
 def test_importance_sampling_agrees(campaign: Path, flown: Path, tmp_path: Path) -> None:

@@ -1,8 +1,11 @@
 """Regions of failure: failing points near each other, the coordinates that moved, and the most probable flight of each.
 
-failing points ─importance.learn→ coordinates S that differ from N(0, 1), mixture of round normal laws in S
-region      the points that a part of the mixture is most probable for
-distance    |z_S| of the region's point nearest to the origin in S: its most probable failure
+    S           coordinates whose mean or variance among failing points differs from N(0, 1) (`importance.select`)
+    part        of the mixture of round normal laws that `importance.learn` fits in S
+    region      the points that a part is most probable for; parts whose means are nearer than NEAR are one region
+    distance    |z_S| of the region's point nearest to the origin in S: its most probable failure
+
+Failing points are states of chains, many of them near each other, so the numbers of points are shares, not counts of flights.
 """
 
 from __future__ import annotations
@@ -11,6 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components  # pyright: ignore[reportMissingTypeStubs]
 
 from rvjax.campaign.export import campaign_text
 from rvjax.components.samplers.uniforms_table import NOISE, columns_of
@@ -24,6 +29,10 @@ from rvjax.stats.rare.splitting import STATES
 
 SHOWN, MOVED = 12, 8
 """Most regions, and most coordinates of a region."""
+
+
+NEAR = 2.5
+"""Distance of two means, in σ, below which their parts are one region."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +50,9 @@ def find(space: DrawSpace, failing: Points, seed: int) -> list[Found]:
     proposal = importance.learn(failing.z, max(len(failing) // STATES, 20), seed)
     selected = proposal.selected if len(proposal.selected) else np.arange(failing.z.shape[1])
     x = failing.z[:, selected]
-    member = np.argmax(proposal.mixture.log_parts(failing.z[:, proposal.selected]), axis=1)
-    rows = [np.flatnonzero(member == part) for part in range(len(proposal.mixture.shares))]
+    region_of = merged(proposal.mixture.means)
+    member = region_of[np.argmax(proposal.mixture.log_parts(failing.z[:, proposal.selected]), axis=1)]
+    rows = [np.flatnonzero(member == region) for region in np.unique(region_of)]
     rows = sorted((part for part in rows if len(part)), key=len, reverse=True)[:SHOWN]
     nearest = [part[int(np.argmin(np.sum(x[part] ** 2, axis=1)))] for part in rows]
     flown = space.fly_chunk(failing.z[nearest], failing.keys[nearest])
@@ -65,6 +75,12 @@ def find(space: DrawSpace, failing: Points, seed: int) -> list[Found]:
         )
         found.append(Found(region, failing.rows(np.array([first]))))
     return found
+
+
+def merged(means: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(K,) the region of each part of a mixture with means (K, q): parts that a chain of near means connects are one region."""
+    near = np.linalg.norm(means[:, None] - means[None], axis=2) < NEAR
+    return np.asarray(connected_components(near, directed=False)[1], dtype=np.int64)
 
 
 def export(space: DrawSpace, found: Sequence[Found], folder: RunFolder, overrides: Sequence[object]) -> None:
