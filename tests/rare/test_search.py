@@ -140,9 +140,9 @@ def test_a_search_that_was_stopped_is_resumed(campaign: Path, flown: Path, tmp_p
 
 
 def test_parts_near_each_other_are_one_region() -> None:
-    """A chain of means 2 σ apart is one region, a mean 3 σ away another, in any order. Kills: each part for itself, all parts in
+    """A chain of means 3 σ apart is one region, a mean 5 σ away another, in any order. Kills: each part for itself, all parts in
     one."""
-    means = np.array([[0.0, 0.0], [7.0, 0.0], [2.0, 0.0], [4.0, 0.0]])
+    means = np.array([[0.0, 0.0], [11.0, 0.0], [3.0, 0.0], [6.0, 0.0]])
     came = regions.merged(means).tolist()
     assert came[0] == came[2] == came[3] != came[1]
 

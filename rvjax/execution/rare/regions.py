@@ -31,7 +31,7 @@ SHOWN, MOVED = 12, 8
 """Most regions, and most coordinates of a region."""
 
 
-NEAR = 2.5
+NEAR = 4.0
 """Distance of two means, in σ, below which their parts are one region."""
 
 
