@@ -66,6 +66,7 @@ def record(p: float, refusals: tuple[str, ...] = (), spread: float = 0.2) -> Rar
         (counted(1e-6, 0, 1000, accept="estimate"), record(1e-7), "PASS", "accepted", 0, "Nothing is proved"),
         (counted(1e-6, 0, 1000, accept="estimate"), record(1.12e-6), "FAIL", "accepted", 1, "Nothing is proved"),
         (counted(1e-6, 0, 1000, accept="estimate"), record(1e-6), "UNDECIDED", "conditional", 3, "no proof"),
+        (counted(1e-6, 0, 1000, accept="estimate"), record(0.98e-6), "UNDECIDED", "conditional", 3, "no proof"),
         (counted(1e-6, 0, 1000, accept="estimate"), record(1e-7, ("no",)), "UNDECIDED", "refused", 3, "refused: no."),
         (counted(1e-6, 0, 1000), None, "UNDECIDED", "missing", 3, "has not been flown"),
     ],
