@@ -5,7 +5,8 @@ Exact at the stated confidence for every number of samples, and so used for verd
 empirical Bernstein (`means`), McNemar's exact test and its e-process (`paired`), Holm (`multiplicity`).
 
 Approximate, for plots and effects: Wilson, Jeffreys, bootstraps, Newcombe, Tango, mid-p, shifts of quantiles
-(`quantile_shifts`), sensitivity from given data (`sensitivity`). Their `Estimate.method` or docstring says so.
+(`quantile_shifts`), sensitivity from given data (`sensitivity`, `rank_dependence`) and from flights of its own (`pick_freeze`),
+weights (`reweighting`, whose thinning is exact). Their `Estimate.method` or docstring says so.
 
 `walk` gives the exact errors of any rule that counts failures.
 """

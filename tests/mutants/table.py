@@ -24,6 +24,7 @@ from tests.mutants import (
     start_table,
     trace_table,
     user_table,
+    which_table,
 )
 from tests.mutants.mutant import Mutant
 
@@ -45,4 +46,5 @@ MUTANTS: tuple[Mutant, ...] = (
     *start_table.MUTANTS,
     *guidance_table.MUTANTS,
     *rare_table.MUTANTS,
+    *which_table.MUTANTS,
 )
