@@ -24,6 +24,20 @@ from rvjax.places import place_of
 
 COMMANDS = (
     *("init", "check-component", "validate", "run", "check", "report", "compare", "tune", "worst", "rare", "replay"),
+    *(
+        "init",
+        "check-component",
+        "validate",
+        "run",
+        "check",
+        "report",
+        "compare",
+        "drivers",
+        "reweigh",
+        "tune",
+        "worst",
+        "replay",
+    ),
     *("plan", "list", "explain", "schema", "bench", "doctor"),
 )
 """The commands in the order of `rvjax --help`: each is the function `command` of `rvjax.cli.<name>`, with _ for -."""

@@ -24,6 +24,7 @@ from rvjax.report.sections import (
     saturation,
     settling,
     verdicts,
+    which_draws,
     worst,
 )
 
@@ -41,6 +42,7 @@ SECTIONS: tuple[Callable[[Run], Section | None], ...] = (
     other_metrics.section,
     worst.section,
     drivers.section,
+    which_draws.section,
     dispersions.section,
     provenance.section,
 )
