@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from tests.mutants.mutant import Mutant
 
+DRIVERS = "analysis/drivers.py"
+DENSITIES, LAWS = "campaign/distributions/densities.py", "components/samplers/other_laws.py"
+CHECKS, REWEIGH = "simulation/law_checks.py", "execution/reweigh.py"
 RANKS, FREEZE, WEIGHTS = "stats/rank_dependence.py", "stats/pick_freeze.py", "stats/reweighting.py"
 
 XI = "stats/test_rank_dependence.py::test_xi_is_its_definition"
@@ -11,6 +14,9 @@ RUNS = "stats/test_rank_dependence.py::test_runs_have_their_exact_law"
 SPREAD = "stats/test_rank_dependence.py::test_the_error_is_the_spread"
 ISHIGAMI = "stats/test_pick_freeze.py::test_ishigami"
 RARE = "stats/test_pick_freeze.py::test_a_rare_indicator_has_exact_bounds"
+SEEN = "report/test_which_draws.py::test_every_form_is_seen_and_lost_flights_count"
+SUPREMUM = "spec/test_densities.py::test_the_supremum_is_exact"
+REFUSED = "reweigh/test_reweigh.py::test_refusals_name_the_place_and_the_fresh_run"
 KEPT = "stats/test_reweighting.py::test_what_is_kept_has_the_new_law"
 
 MUTANTS = (
@@ -96,5 +102,84 @@ MUTANTS = (
         "each = 1.0 - (1.0 - confidence) / len(present)",
         "each = confidence",
         "stats/test_reweighting.py::test_classes_have_bars_that_hold_together",
+    ),
+    Mutant("drivers: lost flights stay in the index", DRIVERS, "inside = order[finite[order]]", "inside = order[-n:]", SEEN),
+    Mutant(
+        "drivers: p-values of each pair by itself",
+        DRIVERS,
+        "adjusted = [float(p) for p in holm([pair.p or 0.0 for pair in pairs])]",
+        "adjusted = [pair.p for pair in pairs]",
+        "report/test_which_draws.py::test_p_values_are_holms_for_all_pairs",
+    ),
+    Mutant(
+        "drivers: a test of an exploration",
+        DRIVERS,
+        "independent = isinstance(design, Independent)",
+        "independent = True",
+        "report/test_which_draws.py::test_an_exploration_has_no_p",
+    ),
+    Mutant(
+        "drivers: an index that a flight decides",
+        DRIVERS,
+        "if float(squares.max()) > max(LARGEST_PART, LEAST_PARTS / n) * float(squares.sum()):",
+        "if False:",
+        "report/test_which_draws.py::test_an_index_that_a_flight_decides_is_not_shown",
+    ),
+    Mutant(
+        "density: a truncated law without its share",
+        DENSITIES,
+        "- HALF_LOG_2PI - whole)",
+        "- HALF_LOG_2PI)",
+        "spec/test_densities.py::test_density_is_that_of_scipy",
+    ),
+    Mutant("supremum: at points only", DENSITIES, "for _ in range(REFINED):", "for _ in range(0):", SUPREMUM),
+    Mutant("supremum: tails have no effect", DENSITIES, "float(known[-1] - known[-2]) > 1e-9", "False", SUPREMUM),
+    Mutant(
+        "supremum: the part beyond is not divided out",
+        DENSITIES,
+        "return Ratio(best - math.log1p(-beyond), beyond)",
+        "return Ratio(best, beyond)",
+        SUPREMUM,
+    ),
+    Mutant(
+        "thinning: numbers of the stream of a draw",
+        LAWS,
+        'STREAM = "reweigh.thin"',
+        'STREAM = "faults.effectiveness.remaining.fx"',
+        "reweigh/test_reweigh.py::test_thinning_is_that_of_the_named_stream",
+    ),
+    Mutant(
+        "weights: the wrong way round",
+        LAWS,
+        "found = log_density(self.new, x) - log_density(self.old, x)",
+        "found = log_density(self.old, x) - log_density(self.new, x)",
+        "reweigh/test_reweigh.py::test_what_lies_beyond_widens_the_interval",
+    ),
+    Mutant(
+        "reweigh: correlated draws", CHECKS, "if any(name in group.names for group in dispersions.groups):", "if False:", REFUSED
+    ),
+    Mutant("reweigh: other steps", CHECKS, "if before.get(place) != after.get(place):", "if False:", REFUSED),
+    Mutant("reweigh: any reach", CHECKS, "if not findings and law.beyond > MOST_BEYOND:", "if False:", REFUSED),
+    Mutant(
+        "reweigh: plans too",
+        CHECKS,
+        "if not isinstance(sampling_design_of(self.old.spec), Independent):",
+        "if False:",
+        "reweigh/test_reweigh.py::test_samples_of_a_plan_are_refused",
+    ),
+    Mutant("reweigh: a handful kept", REWEIGH, "elif kept < FEWEST_KEPT:", "elif kept < 0:", REFUSED),
+    Mutant(
+        "reweigh: the share of all samples of the run",
+        REWEIGH,
+        "inside = good[mask[chosen]]",
+        "inside = good & mask[chosen]",
+        "reweigh/test_reweigh.py::test_a_narrower_uniform_keeps_the_samples_inside",
+    ),
+    Mutant(
+        "reweigh: a fresh run with another controller",
+        REWEIGH,
+        "if pins := followers(old, new):",
+        "if pins := followers(old, old):",
+        "reweigh/test_reweigh.py::test_what_follows_from_a_law_stays_as_flown",
     ),
 )

@@ -1,0 +1,151 @@
+"""A finished run under other laws of its draws, without a flight (`rvjax.stats.reweighting`, `rvjax.simulation.law_checks`)."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from rvjax.analysis.verdicts.compliance import RequirementEvaluator
+from rvjax.analysis.verdicts.folders import campaign_of
+from rvjax.analysis.verdicts.sentences import title
+from rvjax.campaign import Requirement
+from rvjax.columns import draw_column
+from rvjax.components.samplers.other_laws import OtherLaw
+from rvjax.errors import CampaignError, Finding, IncompleteError
+from rvjax.places import Place
+from rvjax.run_folder import RunFolder
+from rvjax.simulation.law_checks import followers, other_law
+from rvjax.simulation.problem import load
+from rvjax.stats import Estimate, clopper_pearson
+from rvjax.stats.reweighting import (
+    FEWEST_KEPT,
+    WeightQuality,
+    control_variate,
+    quality,
+    self_normalised,
+    with_the_rest,
+)
+
+CAPTURED = Requirement(metric="captured", at_least=0.5, name="captured")
+"""Judged first, whatever the campaign requires: only its share is shown."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """The share of flights that comply with a requirement: as flown, among the kept samples (exact), and by weights (nominal);
+    None where that is refused. required: the share, None where nothing is required."""
+
+    name: str
+    required: float | None
+    flown: Estimate
+    thinned: Estimate | None
+    weighted: Estimate | None
+
+
+@dataclass(frozen=True)
+class Reweighed:
+    """law: the other laws; n, kept: samples of the run and of the other law; quality: of the weights; refusals: why there is no
+    exact, or no weighted, estimate; fresh: the command of a fresh run; pinned: numbers that follow from a changed law by default,
+    but stay as they were flown."""
+
+    law: OtherLaw
+    n: int
+    kept: int
+    quality: WeightQuality
+    shares: tuple[Share, ...]
+    refusals: tuple[str, ...]
+    fresh: str
+    pinned: tuple[str, ...] = ()
+
+
+def reweigh(place: str | Place, overrides: Sequence[str], confidence: float = 0.95) -> Reweighed:
+    """The shares of a finished run under other laws. overrides: `place=value`, the laws.
+
+    IncompleteError if samples are missing; CampaignError with every finding about what is no law of a draw, and where neither the
+    kept samples nor the weights are enough.
+    """
+    folder = RunFolder.open(place)
+    if missing := folder.requested - folder.chunks.total:
+        raise IncompleteError(f"{place}: {missing} samples are missing; `rvjax run` with the same --out flies them")
+    campaign_of(folder)  # refuses the folder of a search
+    before = [str(item) for item in folder.provenance.get("overrides", ())]
+    source = folder.campaign_source()
+    old, new = load(source, before), load(source, [*before, *overrides])
+    if pins := followers(old, new):
+        new = load(source, [*before, *overrides, *pins])
+    command = ["rvjax", "run", str(folder.path / "campaign.yaml")]
+    fresh = shlex.join([*command, *(word for item in (*before, *overrides, *pins) for word in ("--set", item))])
+    law = other_law(old, new, fresh, overrides)
+    evaluators = [RequirementEvaluator(requirement) for requirement in (CAPTURED, *old.spec.require) if not requirement.mean]
+    names = list(folder.columns())
+    columns = dict.fromkeys(name for evaluator in evaluators for name in evaluator.columns(names))
+    columns |= dict.fromkeys(map(draw_column, law.draws))
+    frame = pd.concat([part for _, part, _ in folder.some(["sample", "outcome", *columns])], ignore_index=True)
+    found = replace(_reweighed(law, frame, evaluators, confidence, fresh), pinned=tuple(pins))
+    if all(share.thinned is None and share.weighted is None for share in found.shares):
+        labels = [f"--set {item}" for item in overrides]
+        refusals = "; ".join(found.refusals)
+        raise CampaignError(
+            [Finding(labels[0], "", refusals, f"accepted: laws nearer to those of the run; or a fresh run: {fresh}")]
+        )
+    return found
+
+
+def _reweighed(
+    law: OtherLaw, frame: pd.DataFrame, evaluators: Sequence[RequirementEvaluator], confidence: float, fresh: str
+) -> Reweighed:
+    samples = frame["sample"].to_numpy(dtype=np.int64)
+    drawn = {name: frame[draw_column(name)].to_numpy(dtype=float) for name in law.draws}
+    log_w = law.log_weights(drawn)
+    weights = np.exp(log_w)
+    refusals: list[str] = []
+    mask = law.keeps(samples, drawn) if math.isfinite(law.log_sup) else np.zeros(len(frame), dtype=bool)
+    kept = int(np.count_nonzero(mask))
+    if not math.isfinite(law.log_sup):
+        refusals.append("the ratio of the new law to the old one has no upper bound, so no samples can be kept")
+    elif kept < FEWEST_KEPT:
+        refusals.append(f"{kept} of {len(frame):,} samples are kept, fewer than {FEWEST_KEPT}")
+    found = quality(weights)
+    if complaints := found.complaints():
+        refusals.append(f"the weights have {', and '.join(complaints)}")
+    exact, nominal = math.isfinite(law.log_sup) and kept >= FEWEST_KEPT, not complaints
+    shares = [
+        _share(evaluator, frame, mask if exact else None, weights if nominal else None, law, confidence)
+        for evaluator in evaluators
+    ]
+    return Reweighed(law, len(frame), kept, found, tuple(shares), tuple(refusals), fresh)
+
+
+def _share(
+    evaluator: RequirementEvaluator,
+    frame: pd.DataFrame,
+    mask: NDArray[np.bool_] | None,
+    weights: NDArray[np.float64] | None,
+    law: OtherLaw,
+    confidence: float,
+) -> Share:
+    chosen = evaluator.chosen(frame)
+    good = evaluator.comply(evaluator.values(frame, {}))[chosen]
+    requirement = evaluator.requirement
+    thinned = weighted = None
+    if mask is not None:
+        inside = good[mask[chosen]]
+        thinned = with_the_rest(clopper_pearson(int(np.count_nonzero(inside)), len(inside), confidence), law.beyond)
+    if weights is not None and len(good) > 1:
+        estimator = control_variate if chosen.all() else self_normalised
+        weighted = with_the_rest(_clipped(estimator(weights[chosen], good, confidence)), law.beyond)
+    flown = clopper_pearson(int(np.count_nonzero(good)), len(good), confidence)
+    required = None if requirement is CAPTURED else requirement.limit
+    return Share(title(requirement), required, flown, thinned, weighted)
+
+
+def _clipped(estimate: Estimate) -> Estimate:
+    """A share within 0 and 1."""
+    low, value, high = (min(1.0, max(0.0, x)) for x in (estimate.low, estimate.value, estimate.high))
+    return Estimate(value, low, high, estimate.n, estimate.confidence, estimate.method)
