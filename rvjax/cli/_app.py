@@ -39,6 +39,8 @@ COMMANDS = (
         "replay",
     ),
     *("plan", "list", "explain", "schema", "bench", "doctor"),
+    *("init", "check-component", "validate", "run", "check", "report", "compare", "drivers", "sensitivity", "reweigh"),
+    *("tune", "worst", "replay", "plan", "list", "explain", "schema", "bench", "doctor"),
 )
 """The commands in the order of `rvjax --help`: each is the function `command` of `rvjax.cli.<name>`, with _ for -."""
 

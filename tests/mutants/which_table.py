@@ -6,6 +6,7 @@ from tests.mutants.mutant import Mutant
 
 DRIVERS = "analysis/drivers.py"
 DENSITIES, LAWS = "campaign/distributions/densities.py", "components/samplers/other_laws.py"
+GROUPS = "search/sensitivity.py"
 CHECKS, REWEIGH = "simulation/law_checks.py", "execution/reweigh.py"
 RANKS, FREEZE, WEIGHTS = "stats/rank_dependence.py", "stats/pick_freeze.py", "stats/reweighting.py"
 
@@ -15,6 +16,7 @@ SPREAD = "stats/test_rank_dependence.py::test_the_error_is_the_spread"
 ISHIGAMI = "stats/test_pick_freeze.py::test_ishigami"
 RARE = "stats/test_pick_freeze.py::test_a_rare_indicator_has_exact_bounds"
 SEEN = "report/test_which_draws.py::test_every_form_is_seen_and_lost_flights_count"
+EXCHANGED = "sensitivity/test_sensitivity.py::test_a_group_exchanges_its_numbers_and_no_other"
 SUPREMUM = "spec/test_densities.py::test_the_supremum_is_exact"
 REFUSED = "reweigh/test_reweigh.py::test_refusals_name_the_place_and_the_fresh_run"
 KEPT = "stats/test_reweighting.py::test_what_is_kept_has_the_new_law"
@@ -181,5 +183,27 @@ MUTANTS = (
         "if pins := followers(old, new):",
         "if pins := followers(old, old):",
         "reweigh/test_reweigh.py::test_what_follows_from_a_law_stays_as_flown",
+    ),
+    Mutant("groups: noise stays", GROUPS, "self.samples + (other if swaps(name) else 0))", "self.samples)", EXCHANGED),
+    Mutant(
+        "groups: redraws stay",
+        GROUPS,
+        "later = self.mixed.other if self.mixed.swaps(next(iter(retry.counts))) else 0",
+        "later = 0",
+        EXCHANGED,
+    ),
+    Mutant(
+        "groups: correlated draws apart",
+        GROUPS,
+        "if len(joined) > 1:",
+        "if False:",
+        "sensitivity/test_sensitivity.py::test_groups_are_sections_faults_and_noise",
+    ),
+    Mutant(
+        "groups: A and B exchanged over time",
+        GROUPS,
+        'for sums, base in ((shared, "B"), (kept, "A")):',
+        'for sums, base in ((shared, "A"), (kept, "B")):',
+        "sensitivity/test_sensitivity.py::test_the_indices_of_real_flights",
     ),
 )

@@ -108,7 +108,7 @@ EXACT = [
 def test_the_supremum_is_exact(old: Any, new: Any, log_sup: float, beyond: float) -> None:
     """Kills: a supremum at points only, a tail that grows without bound, a part beyond that is forgotten or not divided out."""
     found = ratio(old, new)
-    assert found.log_sup == pytest.approx(log_sup, abs=1e-9)
+    assert found.log_sup == pytest.approx(log_sup, rel=1e-9, abs=1e-9)
     assert found.beyond == pytest.approx(beyond, abs=1e-12)
 
 
