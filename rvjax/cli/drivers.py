@@ -12,6 +12,7 @@ from rvjax.cli._output import Output
 
 if TYPE_CHECKING:
     from rvjax.analysis.drivers import Driver, Drivers, Result
+    from rvjax.analysis.drivers_of_folder import Sample
     from rvjax.stats.reweighting import Class
     from rvjax.stats.sampling_design import SamplingDesign
 
@@ -44,7 +45,7 @@ def command(
     output.text(_head(found, sample.design, sample.requested))
     for result in sample.results:
         _show(found, result, shown, output)
-    tables = _classes(found, sample.drawn, sample.results, sample.design, classes, shown)
+    tables = _classes(found, sample, classes, shown, bool(draw))
     for result, draw_name, parts in tables:
         _show_classes(result, draw_name, parts, sample.units.get(draw_name, ""), output)
     output.document(
@@ -66,11 +67,11 @@ def _head(found: Drivers, design: SamplingDesign, requested: int) -> str:
     from rvjax.stats.sampling_design import Exploration
 
     of = f"the first {found.n:,} of {requested:,}" if found.n < requested else f"{found.n:,}"
-    tests = len(found.pairs)
+    tests, draws = len(found.pairs), f"{len(found.draws)} draw{'s that vary' if len(found.draws) != 1 else ' that varies'}"
     if isinstance(design, Exploration):
-        return f"{len(found.draws)} draws that vary, {of} samples; {design.sentence}: no p-values and no intervals"
+        return f"{draws}, {of} samples; {design.sentence}: no p-values and no intervals"
     return (
-        f"{len(found.draws)} draws that vary, {of} samples; p: Holm's for all {tests:,} pairs of a draw and a result, "
+        f"{draws}, {of} samples; p: Holm's for all {tests:,} pairs of a draw and a result, "
         f"clear at {100 * found.confidence:g} % confidence"
     )
 
@@ -104,17 +105,16 @@ def _row(pair: Driver) -> tuple[str, ...]:
     return pair.draw, f"{pair.xi:+.3f}", "–" if pair.p_holm is None else p_value(pair.p_holm), text.replace("-", "−")
 
 
-def _classes(
-    found: Drivers, drawn: Any, results: Any, design: SamplingDesign, classes: int, shown: int
-) -> list[tuple[str, str, list[Class]]]:
-    """The shares of failures by class of the draws that matter most for each failure."""
+def _classes(found: Drivers, sample: Sample, classes: int, shown: int, every: bool) -> list[tuple[str, str, list[Class]]]:
+    """The shares of failures by class of the draws that matter most for each failure; every: of all draws, which were chosen."""
     from rvjax.analysis.drivers import failing_classes
 
     tables: list[tuple[str, str, list[Class]]] = []
-    for result in results:
+    for result in sample.results:
         if result.failure:
-            for pair in (found.clear(result.name) or found.of(result.name)[:1])[:shown]:
-                parts = failing_classes(drawn[pair.draw], result.values, design, found.confidence, classes)
+            pairs = found.of(result.name)
+            for pair in (pairs if every else found.clear(result.name) or pairs[:1])[:shown]:
+                parts = failing_classes(sample.drawn[pair.draw], result.values, sample.design, found.confidence, classes)
                 tables.append((result.name, pair.draw, parts))
     return tables
 
