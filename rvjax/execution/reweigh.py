@@ -1,4 +1,4 @@
-"""A finished run under other laws of its draws, without a flight (`rvjax.stats.reweighting`, `rvjax.simulation.law_checks`)."""
+"""A finished run under other laws of its draws, without a flight (`rvjax.stats.reweighting`, `rvjax.execution.law_checks`)."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from rvjax.analysis.other_laws import OtherLaw
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import title
 from rvjax.campaign import Requirement
 from rvjax.columns import draw_column
-from rvjax.components.samplers.other_laws import OtherLaw
 from rvjax.errors import CampaignError, Finding, IncompleteError
+from rvjax.execution.law_checks import followers, other_law
 from rvjax.places import Place
 from rvjax.run_folder import RunFolder
-from rvjax.simulation.law_checks import followers, other_law
 from rvjax.simulation.problem import load
 from rvjax.stats import Estimate, clopper_pearson
 from rvjax.stats.reweighting import (
@@ -81,6 +81,11 @@ def reweigh(place: str | Place, overrides: Sequence[str], confidence: float = 0.
         new = load(source, [*before, *overrides, *pins])
     command = ["rvjax", "run", str(folder.path / "campaign.yaml")]
     fresh = shlex.join([*command, *(word for item in (*before, *overrides, *pins) for word in ("--set", item))])
+    if folder.requested < old.spec.samples:
+        flown = f"{folder.requested:,} of {old.spec.samples:,} samples"
+        message = f"the run stopped after {flown}, when they had decided its requirements"
+        accepted = f"accepted: a run of all samples, by `rvjax run` with the same --out; or a fresh run: {fresh}"
+        raise CampaignError([old.spec.source.finding(("samples",), message, accepted)])
     law = other_law(old, new, fresh, overrides)
     evaluators = [RequirementEvaluator(requirement) for requirement in (CAPTURED, *old.spec.require) if not requirement.mean]
     names = list(folder.columns())

@@ -5,9 +5,9 @@ from __future__ import annotations
 from tests.mutants.mutant import Mutant
 
 DRIVERS = "analysis/drivers.py"
-DENSITIES, LAWS = "campaign/distributions/densities.py", "components/samplers/other_laws.py"
+DENSITIES, LAWS = "analysis/densities.py", "analysis/other_laws.py"
 GROUPS = "search/sensitivity.py"
-CHECKS, REWEIGH = "simulation/law_checks.py", "execution/reweigh.py"
+CHECKS, REWEIGH = "execution/law_checks.py", "execution/reweigh.py"
 RANKS, FREEZE, WEIGHTS = "stats/rank_dependence.py", "stats/pick_freeze.py", "stats/reweighting.py"
 
 XI = "stats/test_rank_dependence.py::test_xi_is_its_definition"
@@ -17,7 +17,7 @@ ISHIGAMI = "stats/test_pick_freeze.py::test_ishigami"
 RARE = "stats/test_pick_freeze.py::test_a_rare_indicator_has_exact_bounds"
 SEEN = "report/test_which_draws.py::test_every_form_is_seen_and_lost_flights_count"
 EXCHANGED = "sensitivity/test_sensitivity.py::test_a_group_exchanges_its_numbers_and_no_other"
-SUPREMUM = "spec/test_densities.py::test_the_supremum_is_exact"
+SUPREMUM = "stats/test_densities.py::test_the_supremum_is_exact"
 REFUSED = "reweigh/test_reweigh.py::test_refusals_name_the_place_and_the_fresh_run"
 KEPT = "stats/test_reweighting.py::test_what_is_kept_has_the_new_law"
 
@@ -132,7 +132,7 @@ MUTANTS = (
         DENSITIES,
         "- HALF_LOG_2PI - whole)",
         "- HALF_LOG_2PI)",
-        "spec/test_densities.py::test_density_is_that_of_scipy",
+        "stats/test_densities.py::test_density_is_that_of_scipy",
     ),
     Mutant("supremum: at points only", DENSITIES, "for _ in range(REFINED):", "for _ in range(0):", SUPREMUM),
     Mutant("supremum: tails have no effect", DENSITIES, "float(known[-1] - known[-2]) > 1e-9", "False", SUPREMUM),
@@ -205,5 +205,12 @@ MUTANTS = (
         'for sums, base in ((shared, "B"), (kept, "A")):',
         'for sums, base in ((shared, "A"), (kept, "B")):',
         "sensitivity/test_sensitivity.py::test_the_indices_of_real_flights",
+    ),
+    Mutant(
+        "reweigh: a run that stopped when it was decided",
+        REWEIGH,
+        "if folder.requested < old.spec.samples:",
+        "if False:",
+        "reweigh/test_reweigh.py::test_a_run_that_stopped_when_it_was_decided",
     ),
 )

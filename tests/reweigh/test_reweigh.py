@@ -164,6 +164,18 @@ def test_samples_of_a_plan_are_refused(tmp_path: Path, rvjax: Run) -> None:
     assert "samples of latin-hypercube are not independent; accepted: a run with sampler: {use: monte-carlo}" in said
 
 
+def test_a_run_that_stopped_when_it_was_decided(tmp_path: Path, rvjax: Run) -> None:
+    """Kills: an exact interval of a number of samples that depends on what they showed."""
+    file = tmp_path / "sequential.yaml"
+    text = CAMPAIGN[: CAMPAIGN.index("require:")]
+    file.write_text(text + "require: [{metric: delta_v_m_s, below: 9, at_least: 0.5, method: sequential}]\n")
+    assert rvjax("check", file, "--out", tmp_path / "run", "-q")[0] == 0
+    code, _, said = rvjax("reweigh", tmp_path / "run", "--set", REMAINING)
+    assert code == 2
+    assert f"{tmp_path / 'run' / 'campaign.yaml'}:3:10: samples: the run stopped after " in said
+    assert "a fresh run: rvjax run " in said
+
+
 def test_without_a_law(folder: Path, rvjax: Run) -> None:
     """Kills: a table of the run as it is."""
     code, _, said = rvjax("reweigh", folder)

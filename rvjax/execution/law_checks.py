@@ -10,14 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, cast
 
+from rvjax.analysis.densities import ratio
+from rvjax.analysis.other_laws import Change, OtherLaw
 from rvjax.campaign import Model, Quantity
 from rvjax.campaign.choice import Choice
-from rvjax.campaign.distributions.densities import ratio
 from rvjax.campaign.law_words import in_words
 from rvjax.campaign.overrides import value_at
 from rvjax.campaign.plain_values import Place, is_list, is_mapping
 from rvjax.components.samplers import sampling_design_of
-from rvjax.components.samplers.other_laws import Change, OtherLaw
 from rvjax.errors import CampaignError, Finding
 from rvjax.simulation.problem import Part, Problem
 from rvjax.stats.reweighting import MOST_BEYOND

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rvjax.analysis.densities import Law, log_density
 from rvjax.campaign import distributions
-from rvjax.campaign.distributions.densities import Law, log_density
 from rvjax.stats.random_streams import uniforms
 from rvjax.stats.reweighting import kept
 

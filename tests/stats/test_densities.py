@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from rvjax.analysis.densities import has_density, log_density, ratio
 from rvjax.campaign.distributions import (
     Attitude,
     Ball,
@@ -29,7 +30,6 @@ from rvjax.campaign.distributions import (
     VonMisesFisher,
     Weibull,
 )
-from rvjax.campaign.distributions.densities import has_density, log_density, ratio
 
 PAIRS: list[tuple[Any, Any]] = [
     (Uniform(-1.0, 3.0), stats.uniform(-1.0, 4.0)),
