@@ -82,6 +82,7 @@ EXACT = [
     (Uniform(80.0, 120.0), Uniform(90.0, 110.0), math.log(2.0), 0.0),
     (Uniform(80.0, 120.0), Uniform(90.0, 122.0), math.log(40.0 / 30.0), 2.0 / 32.0),
     (Normal(0.0, 1.0), Normal(0.3, 0.8), 0.3**2 / (2 * (1 - 0.8**2)) - math.log(0.8), 0.0),
+    (Normal(0.0, 1.0), Normal(0.37, 0.83), 0.37**2 / (2 * (1 - 0.83**2)) - math.log(0.83), 0.0),
     (Normal(0.0, 1.0), Normal(0.0, 1.1), math.inf, 0.0),
     (Normal(0.0, 1.0), Normal(0.1, 1.0), math.inf, 0.0),
     (Normal(0.0, 1.0), Normal(0.0, 1.0), 0.0, 0.0),
