@@ -23,24 +23,8 @@ from rvjax.errors import CampaignError, Finding, IncompleteError, RvjaxError
 from rvjax.places import place_of
 
 COMMANDS = (
-    *("init", "check-component", "validate", "run", "check", "report", "compare", "tune", "worst", "rare", "replay"),
-    *(
-        "init",
-        "check-component",
-        "validate",
-        "run",
-        "check",
-        "report",
-        "compare",
-        "drivers",
-        "reweigh",
-        "tune",
-        "worst",
-        "replay",
-    ),
-    *("plan", "list", "explain", "schema", "bench", "doctor"),
     *("init", "check-component", "validate", "run", "check", "report", "compare", "drivers", "sensitivity", "reweigh"),
-    *("tune", "worst", "replay", "plan", "list", "explain", "schema", "bench", "doctor"),
+    *("tune", "worst", "rare", "replay", "plan", "list", "explain", "schema", "bench", "doctor"),
 )
 """The commands in the order of `rvjax --help`: each is the function `command` of `rvjax.cli.<name>`, with _ for -."""
 
