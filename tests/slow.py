@@ -78,7 +78,7 @@ SLOW = frozenset(
         "physics/test_thrusters.py::test_bounded_least_squares_is_that_of_scipy[crooked]",
         "physics/test_thrusters.py::test_bounded_least_squares_is_that_of_scipy[cube-24]",
         "physics/test_thrusters.py::test_the_solution_of_a_step_is_followed_to_first_order[crooked]",
-        "rare/test_search.py::test_importance_sampling_agrees",
+        "rare/test_rare_search.py::test_importance_sampling_agrees",
         "reliability/test_cluster_docs.py::test_slurm_script",
         "reliability/test_disk.py::test_a_full_disk",
         "reliability/test_disk.py::test_any_failing_call_of_a_run[28]",

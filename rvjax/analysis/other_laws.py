@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rvjax.analysis.densities import Law, log_density
-from rvjax.campaign import distributions
 from rvjax.stats.random_streams import uniforms
 from rvjax.stats.reweighting import kept
 
@@ -78,7 +77,7 @@ class OtherLaw:
         return kept(self.log_weights(drawn), self.log_sup, uniforms(self.seed, STREAM, samples)[:, 0])
 
     def record(self) -> dict[str, Any]:
-        """Plain values, for `OtherLaw.of_record`."""
+        """Plain values, for a JSON document."""
         changes = [
             {
                 "draws": list(change.draws),
@@ -91,28 +90,7 @@ class OtherLaw:
         ]
         return {"seed": self.seed, "changes": changes}
 
-    @classmethod
-    def of_record(cls, record: Mapping[str, Any]) -> OtherLaw:
-        """The laws of a record. KeyError, TypeError or ValueError if it contradicts itself."""
-        changes = [
-            Change(
-                tuple(change["draws"]),
-                _law_of(change["old"]),
-                _law_of(change["new"]),
-                float(change["log_sup"]),
-                float(change["beyond"]),
-            )
-            for change in record["changes"]
-        ]
-        return cls(tuple(changes), int(record["seed"]))
-
 
 def _law_record(law: Any) -> dict[str, Any]:
     parameters = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(law).items()}
     return {"law": type(law).__name__, **parameters}
-
-
-def _law_of(record: Mapping[str, Any]) -> Any:
-    kind = {name: getattr(distributions, name) for name in distributions.__all__}[record["law"]]
-    values = {name: tuple(value) if isinstance(value, list) else value for name, value in record.items() if name != "law"}
-    return kind(**values)

@@ -35,7 +35,7 @@ def command(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Estimate the probability of a rare failure; prints what is proved of it. Resumes a folder."""
+    """Estimate the probability of a rare failure. Resumes a folder."""
     output, values = Output(as_json, quiet), overrides(sets, samples, seed, engine)
     values = [*values, *_of_requirement(file, values, requirement, method, flights, minutes)]
     return fly_and_judge(file, out, values, output, CiOutputs(junit_xml), rare=requirement)

@@ -24,7 +24,7 @@ def command(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Show a finished run under other laws of its draws, without a flight."""
+    """Show a finished run under other laws of its draws."""
     from rvjax.execution.reweigh import reweigh
 
     output = Output(as_json, quiet)

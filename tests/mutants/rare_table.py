@@ -9,9 +9,9 @@ MIXTURE, TAIL, CHECK, POINTS = (f"stats/rare/{name}.py" for name in ("gaussian_m
 
 SPACE, VERDICTS = "execution/draw_space.py", "analysis/verdicts/rare.py"
 
-SIGNS = "rare/test_search.py::test_margins_have_the_sign_of_the_verdict"
-AGAIN = "rare/test_search.py::test_a_failing_flight_flies_again"
-RESTS = "rare/test_verdicts.py::test_what_a_verdict_rests_on"
+SIGNS = "rare/test_rare_search.py::test_margins_have_the_sign_of_the_verdict"
+AGAIN = "rare/test_rare_search.py::test_a_failing_flight_flies_again"
+RESTS = "rare/test_rare_verdicts.py::test_what_a_verdict_rests_on"
 MET = "stats/test_rare_splitting.py::test_the_probability_is_met"
 MOVES = "stats/test_rare_splitting.py::test_moves_keep_the_normal_law_and_the_keys"
 REFUSED = "stats/test_rare_importance.py::test_weights_that_cannot_be_trusted_are_refused"
@@ -199,21 +199,21 @@ MUTANTS = (
         "execution/rare/flights.py",
         "int(table[POINTS.name].iloc[0]) != _mark(points)",
         "False",
-        "rare/test_search.py::test_chunks_of_other_points_are_refused",
+        "rare/test_rare_search.py::test_chunks_of_other_points_are_refused",
     ),
     Mutant(
         "each part for itself",
         "execution/rare/regions.py",
         "axis=2) < NEAR",
         "axis=2) < 0.5",
-        "rare/test_search.py::test_parts_near_each_other_are_one_region",
+        "rare/test_rare_search.py::test_parts_near_each_other_are_one_region",
     ),
     Mutant(
         "FAIL at the whole risk twice",
         VERDICTS,
         "half = 1.0 - (1.0 - confidence) / 2.0",
         "half = confidence",
-        "rare/test_verdicts.py::test_the_bounds_are_those_that_are_stated",
+        "rare/test_rare_verdicts.py::test_the_bounds_are_those_that_are_stated",
     ),
     Mutant(
         "an estimate that passes unasked",
@@ -235,6 +235,6 @@ MUTANTS = (
         "analysis/verdicts/folders.py",
         "conclude_all(counted.verdicts(), folder.path)",
         "counted.verdicts()",
-        "rare/test_search.py::test_verdicts_of_the_folder",
+        "rare/test_rare_search.py::test_verdicts_of_the_folder",
     ),
 )
