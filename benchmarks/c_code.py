@@ -67,6 +67,10 @@ void fly(long samples, long first, long last, const real *drawn, real *carry) {{
 """
 
 
+class NoScalarError(ValueError):
+    """A step holds arrays."""
+
+
 def scalar(step: ClosedJaxpr, drawn: int, precision: str) -> str:
     """C source of `fly(samples, first, last, drawn, carry)`, a sample after the other.
 
@@ -116,7 +120,7 @@ def _statements(step: ClosedJaxpr, drawn: int, precision: str) -> tuple[list[str
     for number, call in enumerate(whole.calls):
         (out,) = call.equation.outvars
         if out.aval.shape != ():
-            raise ValueError(f"{call.name} gives {out.aval.str_short()}; a step of one sample holds scalars only")
+            raise NoScalarError(f"{call.name} gives {out.aval.str_short()}; a step of one sample holds scalars only")
         kind = "long" if np.dtype(out.aval.dtype).kind == "i" else "real"
         lines.append(f"const {kind} t{number} = {_expression(call, [name(operand) for operand in call.operands], suffix)};")
     return lines, [name(one) for one in whole.results]

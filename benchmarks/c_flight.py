@@ -29,9 +29,14 @@ def flight(case: Case, lanes: int | None, flags: tuple[str, ...]) -> Callable[[]
     sample = jax.tree.map(lambda x: x[0], (case.drawn, case.carry))
     step = jax.make_jaxpr(case.step)(*sample, 0)
     drawn, start = (np.stack(jax.tree.leaves(tree)) for tree in (case.drawn, case.carry))
-    source = (
-        c_code.scalar(step, len(drawn), case.precision) if lanes is None else c_code.simd(step, len(drawn), case.precision, lanes)
-    )
+    try:
+        source = (
+            c_code.scalar(step, len(drawn), case.precision)
+            if lanes is None
+            else c_code.simd(step, len(drawn), case.precision, lanes)
+        )
+    except c_code.NoScalarError as error:
+        raise UnavailableError(f"{error}; benchmarks/docking.yaml is such a campaign") from error
     with tempfile.TemporaryDirectory() as place:
         (Path(place) / "flight.c").write_text(source)
         for command in (  # linked without the flags: -ffast-math would set the whole process to flush small numbers to zero

@@ -1,7 +1,7 @@
 """Gains for the controllers that are compared with, by the same procedure for each: `python -m benchmarks.fair NAME …`.
 
 Start: position, attitude and velocity loops as steep as those of the controller under test at its defaults. Then 40 candidates on
-416 samples of campaigns/docking-faulted.yaml under another seed than the campaign's: the start, 15 with every gain drawn
+416 samples of benchmarks/docking.yaml under another seed than the campaign's: the start, 15 with every gain drawn
 log-uniformly within a span about the start, 24 about the best so far: the step that led to it twice as far, or else every gain
 within a factor of two, never outside the span. The span is a factor of five, so velocity loops of 2 rad/s and more are open to
 all; where a loop's steepness is a quotient of two gains, each has the root of that, and where one gain stands for the product of
@@ -26,7 +26,7 @@ from rvjax.simulation.batch import LANES, Flyer
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import load
 
-CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
+CAMPAIGN = Path(__file__).with_name("docking.yaml")
 SEED, WIDE, NEAR = 4057, 15, 24
 
 LOOPS = {"k1": 0.06, "k_sigma": 0.25}

@@ -20,7 +20,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
+CAMPAIGN = Path(__file__).with_name("docking.yaml")
 STEPS, CHUNKS = 1200, 4
 
 ROWS: Mapping[str, Mapping[str, Any]] = {

@@ -1,6 +1,7 @@
 """What a whole run costs beside flying: `python -m benchmarks.runs [overhead] [dask] [memory]`, all three by default.
 
-overhead: share of a run of docking-faulted that goes into writing, syncing and comparing files, and into reading them back.
+overhead: share of a run of benchmarks/docking.yaml that goes into writing, syncing and comparing files, and into reading them
+back.
 dask: pace of two local Dask workers of one thread over that of the threads of one process, in turn, first chunk to last.
 memory: peak of a whole run, report included, of 10⁴ and of 10⁶ samples of a flight of 5 s, each in a process of its own.
 What came out: docs/reliability.md.
@@ -26,7 +27,7 @@ from rvjax.run_folder import RunFolder
 from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
 
-CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
+CAMPAIGN = Path(__file__).with_name("docking.yaml")
 CHUNKS = 40
 ROUNDS = 3
 SHORT = (

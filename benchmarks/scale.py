@@ -36,7 +36,7 @@ from rvjax.simulation import jax_config
 from rvjax.simulation.batch import LANES
 from rvjax.simulation.problem import load
 
-CAMPAIGN = Path(__file__).parents[1] / "campaigns" / "docking-faulted.yaml"
+CAMPAIGN = Path(__file__).with_name("docking.yaml")
 SENT, FLOWN_BY_CORE, ANSWERED = range(3)
 SIMULATED = 100_000
 """Tasks."""
