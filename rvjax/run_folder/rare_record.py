@@ -7,11 +7,9 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-
-from rvjax.errors import FolderError
 from rvjax.places import Place
-from rvjax.run_folder import checksums
+from rvjax.run_folder import search_records
+from rvjax.run_folder.search_records import RecordPart
 from rvjax.run_folder.storages import storage_of
 
 NAME = "rare.json"
@@ -25,11 +23,7 @@ def folder_of(number: int) -> str:
     return f"rare-{number}"
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
-
-
-class Interval(_Part):
+class Interval(RecordPart):
     """A value and its interval."""
 
     value: float
@@ -37,7 +31,7 @@ class Interval(_Part):
     high: float
 
 
-class Level(_Part):
+class Level(RecordPart):
     """A level of the margin; 0: failure. share: of the states at the level above that are below it. accepted: share of the moves
     that led to it; None at the first. count: ordinary flights below it. counted, split: its probability by counting them and by
     splitting, each with an interval that holds for all levels together at 99 %. agrees: the two have a number in common."""
@@ -51,7 +45,7 @@ class Level(_Part):
     agrees: bool
 
 
-class Moved(_Part):
+class Moved(RecordPart):
     """A coordinate of the draws with its mean and its standard deviation among the flights of a region, in σ; 0 and 1 for all."""
 
     name: str
@@ -59,7 +53,7 @@ class Moved(_Part):
     deviation: float
 
 
-class Region(_Part):
+class Region(RecordPart):
     """Failing flights whose points are near each other. points: number; share: of all failing points. distance: |z| of the most
     probable one, whose margin and draws are given. moved: the coordinates that tell its flights from all. sample: of the most
     probable one in the campaign of failing flights."""
@@ -74,7 +68,7 @@ class Region(_Part):
     sample: int
 
 
-class Weights(_Part):
+class Weights(RecordPart):
     """Importance sampling. coordinates: names of the tilted ones; parts: of the mixture; blocks: unbiased estimates."""
 
     flights: int
@@ -87,7 +81,7 @@ class Weights(_Part):
     blocks: list[float]
 
 
-class RareRecord(_Part):
+class RareRecord(RecordPart):
     """method: splitting or importance. dimension: of the draws. chains, states: of a level of a replicate. reached: whether the
     first pass reached failures. learning: flights of the first pass; flights: of all passes. replicates: unbiased estimates by
     splitting. ordinary, failing: samples of the run, and those that fail. refusals: why the estimate is not to be trusted."""
@@ -111,10 +105,6 @@ class RareRecord(_Part):
     refusals: list[str]
     regions: list[Region]
 
-    def encode(self) -> bytes:
-        """Strict JSON; numbers that are not finite become text."""
-        return f"{self.model_dump_json(indent=1)}\n".encode()
-
     @property
     def estimates(self) -> list[float]:
         """The unbiased estimates of the method."""
@@ -128,15 +118,4 @@ def read(folder: Place | str, number: int) -> RareRecord | None:
 
 def read_from(place: Place) -> RareRecord | None:
     """The record in the folder of a search; None where there is none. FolderError if the file was changed."""
-    storage = storage_of(place)
-    if not storage.exists(NAME):
-        return None
-    data = checksums.verified(storage, NAME)
-    try:
-        if data is None:
-            raise ValueError("its SHA-256 is not that in SHA256SUMS")
-        return RareRecord.model_validate_json(data)
-    except (ValidationError, ValueError) as error:
-        raise FolderError(
-            f"{place / NAME}: damaged or edited ({error}); `rvjax run` with the same --out makes it again"
-        ) from error
+    return search_records.read(storage_of(place), NAME, RareRecord, "rvjax run")

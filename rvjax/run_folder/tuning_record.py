@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import Field
 
 from rvjax.campaign.tuning_parameters import Value
-from rvjax.errors import FolderError
 from rvjax.places import Place
-from rvjax.run_folder import checksums
+from rvjax.run_folder import search_records
+from rvjax.run_folder.search_records import RecordPart
 from rvjax.run_folder.storages import storage_of
 
 NAME = "search.json"
@@ -25,11 +25,7 @@ FORMAT = 1
 Left = Literal["", "refused", "test", "halving", "budget"]
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
-
-
-class Axis(_Part):
+class Axis(RecordPart):
     """A parameter: its range in words, its original value (`own`) and its best value. free: it has a coordinate."""
 
     name: str
@@ -40,7 +36,7 @@ class Axis(_Part):
     best: Value | None
 
 
-class Measured(_Part):
+class Measured(RecordPart):
     """An objective in words, its unit, whether it should be large, whether it is a share, and its weight in a sum."""
 
     text: str
@@ -50,7 +46,7 @@ class Measured(_Part):
     weight: float
 
 
-class Row(_Part):
+class Row(RecordPart):
     """A candidate.
 
     batch: the batch that proposed it; u: coordinates; values: of all parameters; round, samples: its last round and its samples;
@@ -70,7 +66,7 @@ class Row(_Part):
     first: list[float]
 
 
-class Interval(_Part):
+class Interval(RecordPart):
     """An estimate of a number with its interval."""
 
     value: float
@@ -78,7 +74,7 @@ class Interval(_Part):
     high: float
 
 
-class Confirmed(_Part):
+class Confirmed(RecordPart):
     """An objective of the winner and of the original campaign (`own`), on fresh draws.
 
     difference: winner minus original, in pairs; searched: the winner's value on the draws of the search; optimism: how much
@@ -97,7 +93,7 @@ class Confirmed(_Part):
     verdict: Literal["better", "worse", "not told apart"]
 
 
-class Kept(_Part):
+class Kept(RecordPart):
     """A requirement: its verdicts for the winner and for the original campaign (`own`), on fresh draws.
 
     only_tuned, only_own: samples that comply only with the winner, only with the original; p_worse: McNemar's p-value. All three
@@ -112,7 +108,7 @@ class Kept(_Part):
     p_worse: float | None
 
 
-class Confirmation(_Part):
+class Confirmation(RecordPart):
     """The confirmation on fresh draws. samples, seed: of these draws."""
 
     samples: int
@@ -122,7 +118,7 @@ class Confirmation(_Part):
     requirements: list[Kept]
 
 
-class Missed(_Part):
+class Missed(RecordPart):
     """A requirement that a candidate does not meet on the samples of the search.
 
     observed, limit: shares of the samples if `share`, else the mean of the metric and its bound.
@@ -135,7 +131,7 @@ class Missed(_Part):
     unit: str
 
 
-class Sensitivity(_Part):
+class Sensitivity(RecordPart):
     """The first-order share of the variance of the first objective's ranks, over the candidates, that a parameter explains."""
 
     name: str
@@ -143,7 +139,7 @@ class Sensitivity(_Part):
     p: float
 
 
-class Cost(_Part):
+class Cost(RecordPart):
     """The cost of a search in flights.
 
     flights: of candidates; own: of the original campaign; full: if every candidate had flown all samples; lanes: that flew;
@@ -161,7 +157,7 @@ class Cost(_Part):
     by_halving: list[int]
 
 
-class Searched(_Part):
+class Searched(RecordPart):
     """The whole record.
 
     start: coordinates of the original campaign, empty if it is outside of the ranges. best: number of the best candidate, 0 for
@@ -183,14 +179,10 @@ class Searched(_Part):
     best: int
     front: list[int]
     closest: int | None = None
-    missed: list[Missed] = []
+    missed: list[Missed] = Field(default_factory=list[Missed])
     sensitivity: list[Sensitivity]
     cost: Cost
     confirmation: Confirmation | None
-
-    def encode(self) -> bytes:
-        """Strict JSON; numbers that are not finite become text."""
-        return f"{self.model_dump_json(indent=1)}\n".encode()
 
     @property
     def row(self) -> dict[int, Row]:
@@ -200,15 +192,4 @@ class Searched(_Part):
 
 def read(folder: str | Place) -> Searched | None:
     """Reads the record of a finished search; None if the search has not finished. FolderError if the file was changed."""
-    storage = storage_of(folder)
-    if not storage.exists(NAME):
-        return None
-    data = checksums.verified(storage, NAME)
-    try:
-        if data is None:
-            raise ValueError("its SHA-256 is not that in SHA256SUMS")
-        return Searched.model_validate_json(data)
-    except (ValidationError, ValueError) as error:
-        raise FolderError(
-            f"{storage.place / NAME}: damaged or edited ({error}); `rvjax tune` with the same --out makes it again"
-        ) from error
+    return search_records.read(storage_of(folder), NAME, Searched, "rvjax tune")

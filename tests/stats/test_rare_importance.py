@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -94,8 +95,8 @@ def test_without_a_coordinate_that_matters_the_law_is_the_usual_one() -> None:
 
 def weighed(**changed: float) -> importance.Weighed:
     """Weights that nothing speaks against, but for what is changed."""
-    values = {"failing": 900, "effective": 500.0, "largest": 0.01, "shape": 0.2} | changed
-    return importance.Weighed(blocks=(1e-6,) * 20, flights=8000, **values)  # type: ignore[arg-type]
+    sound = importance.Weighed(blocks=(1e-6,) * 20, flights=8000, failing=900, effective=500.0, largest=0.01, shape=0.2)
+    return replace(sound, **changed)
 
 
 @pytest.mark.parametrize(
