@@ -1,4 +1,4 @@
-"""Which groups of draws matter, by flights of their own (`rvjax.stats.pick_freeze`).
+"""Which groups of draws matter, by further flights (`rvjax.stats.pick_freeze`).
 
     row i:  A_i = sample i,   B_i = sample n + i,   C_gi = sample i with every number of group g from sample n + i
 
@@ -24,14 +24,12 @@ from rvjax.campaign import Source
 from rvjax.campaign.draw_names import covers
 from rvjax.columns import METRIC
 from rvjax.components.samplers import sampling_design_of
-from rvjax.components.samplers.copula import Correlated
-from rvjax.components.samplers.interface import Points, Samples
+from rvjax.components.samplers.interface import Samples
 from rvjax.errors import CampaignError, UsageError
 from rvjax.execution.chunks import ENVELOPE_INSTANTS
 from rvjax.execution.executors.threads import map_in_threads
 from rvjax.simulation import jax_config, tables
 from rvjax.simulation.batch import LANES, Flown, Flyer, devices
-from rvjax.simulation.dispersions import Dispersions
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem, load
 from rvjax.stats.pick_freeze import GroupIndices, OverTime, RunningSums, indices, most_that_matter, over_time, ranks
@@ -39,6 +37,8 @@ from rvjax.stats.random_streams import uniforms
 from rvjax.stats.sampling_design import Independent
 
 NOISE = "noise in flight"
+FIRST, SECOND = "A=", "B="
+"""Names of the sets A and B among those of the groups, which cannot have a `=`."""
 FEWEST_ROWS = 30
 SIGNALS = {"position error": "rho", "attitude error": "sigma"}
 """Of the envelope of a flight, by their words."""
@@ -83,6 +83,10 @@ class _Mixed:
     def at(self, samples: Samples) -> _MixedPoints:
         return _MixedPoints(self, samples)
 
+    def noise(self, samples: Samples, stream: str) -> Samples:
+        """(samples,) those whose numbers of this stream these samples have."""
+        return samples + (self.other if self.swaps(stream) else 0)
+
 
 @dataclass(frozen=True)
 class _MixedPoints:
@@ -90,47 +94,20 @@ class _MixedPoints:
     samples: Samples = field(repr=False)
 
     def uniforms(self, name: str, count: int) -> Values:
-        later = self.sampler.other if self.sampler.swaps(name) else 0
-        return uniforms(self.sampler.seed, name, self.samples + later)[:, :count]
+        return uniforms(self.sampler.seed, name, self.sampler.noise(self.samples, name))[:, :count]
 
     def prescribed(self, name: str) -> None:
         """No draw is prescribed."""
 
 
-@dataclass(frozen=True)
-class _MixedDispersions(Dispersions):
-    """Dispersions that redraw the bodies of a swapped group with the numbers of the other samples as well."""
-
-    mixed: _Mixed | None = None
-
-    def at(self, samples: Samples) -> tuple[Points, dict[str, NDArray[np.int64]]]:
-        assert self.mixed is not None
-        points: Points = self.mixed.at(samples)
-        rejected: dict[str, NDArray[np.int64]] = {}
-        for retry in self.retries:
-            later = self.mixed.other if self.mixed.swaps(next(iter(retry.counts))) else 0
-            points, counts = retry.hold(points, self.groups, self.seed, samples + later)
-            rejected |= {f"{body.path}.rejected": counts for body in retry.bodies}
-        return Correlated(points, self.groups), rejected
-
-
 def mixed_draws(problem: Problem, samples: Samples, swaps: Swaps, other: int) -> tuple[Draws, Any]:
     """The draws of these samples, those streams that `swaps` names from the samples `other` later."""
-
-    class Mixed(Draws):
-        def key(self, name: str) -> tuple[Values, ...]:
-            self.streams[name] = ()
-            numbers = uniforms(self.seed, name, self.samples + (other if swaps(name) else 0))
-            return tuple(np.floor(numbers * 65536.0).T)
-
-    given = problem.dispersions
-    parts = {name: getattr(given, name) for name in Dispersions.__dataclass_fields__}
-    dispersions = _MixedDispersions(**parts, mixed=_Mixed(problem.spec.seed, swaps, other))
-    return Mixed.of(replace(problem, dispersions=dispersions), samples)
+    mixed = _Mixed(problem.spec.seed, swaps, other)
+    return Draws.of(replace(problem, dispersions=replace(problem.dispersions, sampler=mixed)), samples)
 
 
 def groups_of(problem: Problem, given: Mapping[str, Sequence[str]] | None = None) -> dict[str, tuple[str, ...]]:
-    """The streams of each group. given: groups of one's own, each the beginnings of names of draws.
+    """The streams of each group. given: the user's groups, each the beginnings of names of draws.
 
     UsageError for a name that no stream has, one in two groups, or groups that share correlated draws.
     """
@@ -197,7 +174,7 @@ class SensitivityFlights:
 
         starts = list(range(0, rows, LANES))
         map_in_threads(lambda first: self._rows(first, min(LANES, rows - first), rows), starts, took, self._flyer.stop)
-        ordered = sorted(parts, key=lambda part: int(part.frames["A"]["sample"].iloc[0]))
+        ordered = sorted(parts, key=lambda part: int(part.frames[FIRST]["sample"].iloc[0]))
         for part in ordered:
             for sums, theirs in ((total.shared, part.shared), (total.kept, part.kept)):
                 for key, other in theirs.items():
@@ -211,9 +188,9 @@ class SensitivityFlights:
     def _rows(self, first: int, count: int, rows: int) -> _Rows:
         frames: dict[str, pd.DataFrame] = {}
         envelopes: dict[str, dict[str, Values]] = {}
-        for name in ("A", "B", *self.groups):
+        for name in (FIRST, SECOND, *self.groups):
             chosen = set(self.groups.get(name, ()))
-            swaps: Swaps = (lambda stream: True) if name == "B" else chosen.__contains__
+            swaps: Swaps = (lambda stream: True) if name == SECOND else chosen.__contains__
             frames[name], flown = self._fly(first, count, rows, swaps)
             envelopes[name] = {
                 words: np.stack([getattr(point, key)[:count] for point in flown.envelope], axis=1)
@@ -223,7 +200,7 @@ class SensitivityFlights:
         kept: dict[tuple[str, str], RunningSums] = {}
         for words in SIGNALS:
             for group in self.groups:
-                for sums, base in ((shared, "B"), (kept, "A")):
+                for sums, base in ((shared, SECOND), (kept, FIRST)):
                     sums[words, group] = RunningSums(envelopes[base][words].shape[1])
                     sums[words, group].add(envelopes[base][words], envelopes[group][words])
         return _Rows(frames, shared, kept)
@@ -240,7 +217,7 @@ class SensitivityFlights:
 def prepare(
     path: str | Path | Source, overrides: Sequence[str] = (), given: Mapping[str, Sequence[str]] | None = None
 ) -> SensitivityFlights:
-    """The flights of a campaign. given: groups of one's own. CampaignError with every finding, also where nothing is drawn or the
+    """The flights of a campaign. given: the user's groups. CampaignError with every finding, also where nothing is drawn or the
     sampler is none of independent samples; UsageError as of `groups_of`."""
     problem = load(path, overrides)
     if not isinstance(sampling_design_of(problem.spec), Independent):
@@ -276,7 +253,7 @@ def sensitivity(
     constant = tuple(name for name, _, sets in parts if len({x for part in sets.values() for x in part.values.tolist()}) == 1)
     found = [result for part in parts if part[0] not in constant for result in _indices(*part, confidence, rng)]
     unchanged = {
-        group: most_that_matter(_same(came.frames["A"], came.frames[group]), rows, confidence) for group in flights.groups
+        group: most_that_matter(_same(came.frames[FIRST], came.frames[group]), rows, confidence) for group in flights.groups
     }
     curves = {
         words: {group: over_time(came.shared[words, group], came.kept[words, group]) for group in flights.groups}
@@ -298,7 +275,7 @@ def _results(
 ) -> Iterable[tuple[str, bool, dict[str, Result]]]:
     """Of each result: its name, whether it is an indicator, and the values of each set."""
     failing = {name: drivers.failures(frame, problem.spec.require) for name, frame in frames.items()}
-    for place, result in enumerate(failing["A"]):
+    for place, result in enumerate(failing[FIRST]):
         yield result.name, True, {name: parts[place] for name, parts in failing.items()}
     columns = {f"{METRIC}{name}": column for name, column in problem.metric_columns.items()}
     for metric in metrics:
@@ -309,8 +286,8 @@ def _results(
 def _indices(
     name: str, indicator: bool, sets: Mapping[str, Result], confidence: float, rng: np.random.Generator
 ) -> list[ResultIndices]:
-    a, b = sets["A"].values, sets["B"].values
-    swapped = {group: result.values for group, result in sets.items() if group not in ("A", "B")}
+    a, b = sets[FIRST].values, sets[SECOND].values
+    swapped = {group: result.values for group, result in sets.items() if group not in (FIRST, SECOND)}
     if indicator:
         return [ResultIndices(name, "failures", indices(a, b, swapped, confidence, rng=rng))]
     scores = ranks(a, b, swapped)

@@ -18,8 +18,7 @@ from rvjax.campaign.variables import Variable
 from rvjax.columns import ALEATORY, EPISTEMIC, Column, draw_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.components.samplers.copula import Correlated, Group
-from rvjax.components.samplers.interface import PLACE, Points, Sampler, Samples, Scheme, Setting
-from rvjax.components.samplers.uniforms_table import UniformsTable
+from rvjax.components.samplers.interface import PLACE, NoiseSampler, Points, Sampler, Samples, Scheme, Setting
 from rvjax.errors import CampaignError, Finding
 from rvjax.simulation.inertia import bodies
 from rvjax.simulation.rejection_sampling import LEAST_ACCEPTED, Retry, retries
@@ -46,13 +45,13 @@ class Dispersions:
         points = self.sampler.at(samples)
         rejected: dict[str, NDArray[np.int64]] = {}
         for retry in self.retries:
-            points, counts = retry.hold(points, self.groups, self.seed, self.noise(samples))
+            points, counts = retry.hold(points, self.groups, self.seed, self.noise(samples, next(iter(retry.counts))))
             rejected |= {f"{body.path}.rejected": counts for body in retry.bodies}
         return Correlated(points, self.groups), rejected
 
-    def noise(self, samples: Samples) -> Samples:
-        """(samples,) the samples whose noise in flight these samples have: their own, unless the sampler says otherwise."""
-        return self.sampler.noise(samples) if isinstance(self.sampler, UniformsTable) else samples
+    def noise(self, samples: Samples, stream: str) -> Samples:
+        """(samples,) the samples whose noise of a stream these samples have: the same, unless the sampler says otherwise."""
+        return self.sampler.noise(samples, stream) if isinstance(self.sampler, NoiseSampler) else samples
 
 
 def resolve(spec: Spec, quantities: Mapping[str, Quantity], scheme: Scheme) -> Dispersions:

@@ -8,8 +8,9 @@ A component of a quantity is drawn from the stream of its name, a joint distribu
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Self
 
 import numpy as np
@@ -48,7 +49,7 @@ class Draws:
 
     points: of the samples. seed: of the noise in flight. meanings: of every draw with a distribution, by name. moved: for some
     streams, by name, (samples,) whether a sample gets other numbers than usual from it. streams: the columns that each stream
-    determines, in the order of the draws. noise: (samples,) samples whose noise they have; None: their own.
+    determines, in the order of the draws. noise: of a stream, (samples,) samples whose noise they have; None: the same samples.
     """
 
     points: Points
@@ -59,7 +60,7 @@ class Draws:
     values: dict[str, NDArray[Any]] = field(default_factory=dict[str, NDArray[Any]])
     columns: dict[str, Column] = field(default_factory=dict[str, Column])
     streams: dict[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]])
-    noise: NDArray[np.int64] | None = None
+    noise: Callable[[str], NDArray[np.int64]] | None = None
 
     def block(self, name: str, count: int, *columns: str) -> Values:
         """(samples, count) uniform numbers of the stream `name`, which determines these columns."""
@@ -124,7 +125,7 @@ class Draws:
 
     def key(self, name: str) -> tuple[Values, ...]:
         """A random key for every sample: four whole numbers of 16 bits, which are exact in float32 too."""
-        numbers = uniforms(self.seed, name, self.samples if self.noise is None else self.noise)
+        numbers = uniforms(self.seed, name, self.samples if self.noise is None else self.noise(name))
         return tuple(np.floor(self._moved(name, numbers, ()) * 65536.0).T)
 
     def scheduled(self, part: Part, schedule: Schedule, onset: Channels | Thrusts) -> Channels | Thrusts:
@@ -155,7 +156,7 @@ class Draws:
     ) -> tuple[Self, Drawn]:
         """The draws of these samples by name, and the numbers of their flights."""
         points, rejected = problem.dispersions.at(samples)
-        noise = problem.dispersions.noise(samples)
+        noise = partial(problem.dispersions.noise, samples)
         draws = cls(points, samples, problem.spec.seed, problem.dispersions.columns, moved or {}, noise=noise)
         drawn = _drawn(problem, draws)
         for name, counts in rejected.items():

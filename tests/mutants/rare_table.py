@@ -190,7 +190,7 @@ MUTANTS = (
     Mutant(
         "the noise of sample k for that of the row",
         "simulation/dispersions.py",
-        "self.sampler.noise(samples) if isinstance",
+        "self.sampler.noise(samples, stream) if isinstance",
         "samples if isinstance",
         AGAIN,
     ),

@@ -184,12 +184,18 @@ MUTANTS = (
         "if pins := followers(old, old):",
         "reweigh/test_reweigh.py::test_what_follows_from_a_law_stays_as_flown",
     ),
-    Mutant("groups: noise stays", GROUPS, "self.samples + (other if swaps(name) else 0))", "self.samples)", EXCHANGED),
+    Mutant(
+        "groups: noise stays",
+        "simulation/draws.py",
+        "self.samples if self.noise is None else self.noise(name)",
+        "self.samples",
+        EXCHANGED,
+    ),
     Mutant(
         "groups: redraws stay",
-        GROUPS,
-        "later = self.mixed.other if self.mixed.swaps(next(iter(retry.counts))) else 0",
-        "later = 0",
+        "simulation/dispersions.py",
+        "self.noise(samples, next(iter(retry.counts)))",
+        "samples",
         EXCHANGED,
     ),
     Mutant(
@@ -202,8 +208,8 @@ MUTANTS = (
     Mutant(
         "groups: A and B exchanged over time",
         GROUPS,
-        'for sums, base in ((shared, "B"), (kept, "A")):',
-        'for sums, base in ((shared, "A"), (kept, "B")):',
+        "for sums, base in ((shared, SECOND), (kept, FIRST)):",
+        "for sums, base in ((shared, FIRST), (kept, SECOND)):",
         "sensitivity/test_sensitivity.py::test_the_indices_of_real_flights",
     ),
     Mutant(

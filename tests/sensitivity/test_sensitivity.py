@@ -106,9 +106,9 @@ def test_the_indices_of_real_flights(file: Path, rvjax: Run) -> None:
     assert found.curves["position error"]["faults.some"].total == pytest.approx(0.0, abs=1e-12)
     again = flights.fly(rows)
     values = {name: frame["metric.delta_v_m_s"].to_numpy() for name, frame in again.frames.items()}
-    swapped = {name: x for name, x in values.items() if name not in ("A", "B")}
+    swapped = {name: x for name, x in values.items() if name not in (sensitivity.FIRST, sensitivity.SECOND)}
     rng = np.random.Generator(np.random.Philox(key=1))
-    by_hand = indices(values["A"], values["B"], swapped, rng=rng, resamples=0)
+    by_hand = indices(values[sensitivity.FIRST], values[sensitivity.SECOND], swapped, rng=rng, resamples=0)
     for name, part in by_hand.items():
         assert part.first.value == whole[name].first.value
         assert part.total.value == whole[name].total.value
@@ -118,6 +118,15 @@ def test_the_indices_of_real_flights(file: Path, rvjax: Run) -> None:
     kept = next(result for result in document["results"] if result["kind"] == "finite values")
     assert kept["groups"]["start"]["total"]["value"] == whole["start"].total.value
     assert "not captured" in document["constant"] or any(result["name"] == "not captured" for result in document["results"])
+
+
+def test_a_group_may_have_any_name(file: Path) -> None:
+    """Kills: sets whose names a group can have, so that the flights of a group stand for those of the samples."""
+    frames = {name: prepare(file, given={name: ["start"]}).fly(30).frames for name in ("A", "B", "other")}
+    for name in ("A", "B"):
+        for theirs in (sensitivity.FIRST, sensitivity.SECOND, "actuators + pursuer"):
+            assert frames[name][theirs].equals(frames["other"][theirs])
+        assert frames[name][name].equals(frames["other"]["other"])
 
 
 def test_groups_of_ones_own(file: Path) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,15 @@ class Sampler(Protocol):
 
     def at(self, samples: Samples) -> Points:
         """The points of some samples."""
+        ...
+
+
+@runtime_checkable
+class NoiseSampler(Sampler, Protocol):
+    """A sampler that also says whose noise in flight, and whose redrawn numbers, its samples have."""
+
+    def noise(self, samples: Samples, stream: str) -> Samples:
+        """(samples,) the samples whose numbers of this stream some samples have."""
         ...
 
 

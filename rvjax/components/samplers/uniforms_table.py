@@ -76,10 +76,10 @@ class UniformsTable:
 
     def at(self, samples: Samples) -> Block:
         """The points of some samples."""
-        return Block(self.seed, self.noise(samples), rows_of(self.numbers, samples))
+        return Block(self.seed, self.noise(samples, ""), rows_of(self.numbers, samples))
 
-    def noise(self, samples: Samples) -> Samples:
-        """(samples,) the samples whose noise in flight these samples have."""
+    def noise(self, samples: Samples, stream: str) -> Samples:
+        """(samples,) the samples whose noise in flight these samples have, the same for every stream."""
         return samples if self.keys is None else self.keys[samples % len(self.keys)]
 
 
