@@ -45,7 +45,7 @@ class Dispersions:
         points = self.sampler.at(samples)
         rejected: dict[str, NDArray[np.int64]] = {}
         for retry in self.retries:
-            points, counts = retry.hold(points, self.groups, self.seed, self.noise(samples, next(iter(retry.counts))))
+            points, counts = retry.hold(points, self.groups, self.seed, self.noise(samples, next(iter(retry.counts), "")))
             rejected |= {f"{body.path}.rejected": counts for body in retry.bodies}
         return Correlated(points, self.groups), rejected
 

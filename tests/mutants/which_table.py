@@ -194,7 +194,7 @@ MUTANTS = (
     Mutant(
         "groups: redraws stay",
         "simulation/dispersions.py",
-        "self.noise(samples, next(iter(retry.counts)))",
+        'self.noise(samples, next(iter(retry.counts), ""))',
         "samples",
         EXCHANGED,
     ),
