@@ -17,7 +17,7 @@ from rvjax.run_folder.named_arrays import Record
 from rvjax.run_folder.verdict_columns import Extract
 from rvjax.stats.sampling_design import SamplingDesign
 
-FORMAT = "rvjax totals 1"
+FORMAT = "rvjax totals 2"
 """What encoded totals call themselves; another number where their contents have another meaning."""
 
 
@@ -125,4 +125,5 @@ class RunAccumulator:
 def _purpose(require: Sequence[Requirement], design: SamplingDesign, keep: Keep) -> str:
     """What totals are made for: with another purpose they have other contents."""
     models = [model.model_dump(mode="json") for model in (*require, keep)]
-    return json_bytes({"models": models, "design": [type(design).__name__, design.sentence]}).decode()
+    laws = [repr(requirement.thinning) for requirement in require if requirement.thinning is not None]
+    return json_bytes({"models": models, "laws": laws, "design": [type(design).__name__, design.sentence]}).decode()

@@ -49,7 +49,7 @@ SEED = 20181
 
 Word = Literal["better", "worse", "no difference shown"]
 
-_NOT_COMPARED = {"name", "description", "samples", "seed", "baselines", "require", "keep", "audit", "tune"}
+_NOT_COMPARED = {"name", "description", "samples", "seed", "baselines", "require", "keep", "audit", "tune", "laws"}
 """Keys of a campaign that do not change the flight of a given sample, or that are compared separately."""
 
 

@@ -19,7 +19,7 @@ import scipy  # pyright: ignore[reportMissingTypeStubs]  # imports `special` whe
 from numpy.typing import NDArray
 
 from rvjax.analysis.run_totals import metric
-from rvjax.analysis.verdicts.compliance import complies
+from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.sentences import title
 from rvjax.campaign import Requirement
 from rvjax.columns import DRAW, METRIC, Column
@@ -98,12 +98,15 @@ def varied(frame: pd.DataFrame) -> dict[str, Values]:
 
 
 def failures(frame: pd.DataFrame, requirements: Iterable[Requirement]) -> list[Result]:
-    """Which flights are not captured, and which do not meet each requirement on a share, those outside its class left as good."""
+    """Which flights are not captured, and which do not meet each requirement on a share, those whose draws
+    its class and its law do not have left as good."""
     found = [Result(NOT_CAPTURED, (frame["outcome"] != "captured").to_numpy(dtype=float), failure=True)]
     for number, requirement in enumerate(requirements, 1):
-        if not requirement.mean and not (requirement.metric == "captured" and not requirement.where):
-            name = f"requirement {number}: {title(requirement)}"
-            found.append(Result(name, (~complies(requirement, frame)).astype(float), failure=True))
+        same = requirement.metric == "captured" and not requirement.where and not requirement.under
+        if not requirement.mean and not same:
+            evaluator = RequirementEvaluator(requirement)
+            failing = ~evaluator.comply(evaluator.values(frame, {})) & evaluator.possible(frame)
+            found.append(Result(f"requirement {number}: {title(requirement)}", failing.astype(float), failure=True))
     return found
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, cast
 
 from pydantic import PrivateAttr, ValidationInfo, field_validator, model_validator
 
+from rvjax.campaign import named_laws
 from rvjax.campaign.actuators import AnyActuators, Thrusters
 from rvjax.campaign.attachments import attach
 from rvjax.campaign.choice import NAME, NAME_WORDS, Choice, ListOfChoices, OneChoice
@@ -213,6 +214,11 @@ class Spec(Model):
         example={"speed": {"always": {"signal": "closing_speed_m_s", "below": 1.0}}},
         doc="formulas over signals, by name; the margin by which a flight satisfies each becomes the metric margin.<name>",
     )
+    laws: Annotated[Mapping[str, named_laws.Values], named_laws.NamedLaws()] = part(
+        default={},
+        example={"heavy": {"pursuer.mass_kg": {"uniform": [100, 120]}}},
+        doc="other laws of some draws, by name: places and the laws there instead; for `under` in require",
+    )
     require: tuple[Requirement, ...] = part(default=[], doc="requirements, judged after the flights")
     keep: Keep = part(default={}, doc="flights that are kept as traces")
     audit: AuditRules = part(default={}, doc="check before the first flight that every draw and every fixed input has an effect")
@@ -246,6 +252,12 @@ class Spec(Model):
             if same:
                 refuse(*(Problem(f"the name {taken} is used twice", accepted, (index, "name")) for index in same))
         return baselines
+
+    @field_validator("require")
+    @classmethod
+    def _under_known_laws(cls, require: tuple[Requirement, ...], info: ValidationInfo) -> tuple[Requirement, ...]:
+        wrong = named_laws.unknown([requirement.under for requirement in require], info.data.get("laws"))
+        return refuse(*wrong) if wrong else require
 
     @field_validator("capture")
     @classmethod
@@ -307,7 +319,7 @@ class Spec(Model):
         parameters: of the components by `Choice.path`, as read by the components' models; without them, as written.
         """
         ignored = {"name", "description", "samples", "engine", "baselines", "require", "keep", "audit"}
-        ignored |= {"correlate", "epistemic", "tune"}
+        ignored |= {"correlate", "epistemic", "tune", "laws"}
         parts: dict[str, Any] = {name: getattr(self, name) for name in type(self).model_fields if name not in ignored}
         parts["parameters"] = self._parameters(parameters or {})
         parts["correlate"] = sorted(group.ordered for group in self.correlate)

@@ -36,6 +36,24 @@ def replace_values(source: Source, values: Mapping[str, float | str]) -> Source:
     return replace(changed, findings=(*source.findings, *findings))
 
 
+def replaced_by(source: Source, section: Place) -> Source:
+    """The source with the values of a mapping in it, each at the place that its key says. They keep their positions there."""
+    changed = _copy(source)
+    given: Any = source.value
+    for step in section:
+        given = given[step]
+    findings: list[Finding] = []
+    for path, value in given.items():
+        place = (*section, path)
+        marks, key_marks = (
+            {at[len(place) :]: mark for at, mark in of.items() if at[: len(place)] == place}
+            for of in (source.marks, source.key_marks)
+        )
+        document = Document(source.where(place, key=True), _copied(value), marks, key_marks)
+        findings += _put(changed, path, document, keep=True)
+    return replace(changed, findings=(*source.findings, *findings))
+
+
 def value_at(values: Any, path: str) -> tuple[bool, Any]:
     """(whether there is a value at a place of a campaign, the value)."""
     value: Any = values
@@ -45,6 +63,18 @@ def value_at(values: Any, path: str) -> tuple[bool, Any]:
             return False, None
         value = value[key]
     return True, value
+
+
+def place_of(values: Any, path: str) -> Place:
+    """The place that a path means, as far as it leads in a campaign."""
+    held, place = values, list[str | int]()
+    for step in path.split("."):
+        key: Any = _key(held, step)
+        if key is None or (is_mapping(held) and step not in held):
+            break
+        place.append(key)
+        held = held[key]
+    return tuple(place)
 
 
 def _assign(source: Source, assignment: str) -> list[Finding]:
@@ -65,18 +95,18 @@ def _label(assignment: str) -> str:
 
 def _copy(source: Source) -> Source:
     """A source that can be changed in place."""
-
-    def copied(value: Any) -> Any:
-        if is_mapping(value):
-            return {key: copied(item) for key, item in value.items()}
-        return [copied(item) for item in value] if is_list(value) else value
-
-    return replace(source, value=copied(source.value), marks=dict(source.marks), key_marks=dict(source.key_marks))
+    return replace(source, value=_copied(source.value), marks=dict(source.marks), key_marks=dict(source.key_marks))
 
 
-def _put(source: Source, path: str, given: Document) -> list[Finding]:
-    """Put a document at a path, in place; every value in it is marked with the document's name. A finding where there is no such
-    place."""
+def _copied(value: Any) -> Any:
+    if is_mapping(value):
+        return {key: _copied(item) for key, item in value.items()}
+    return [_copied(item) for item in value] if is_list(value) else value
+
+
+def _put(source: Source, path: str, given: Document, keep: bool = False) -> list[Finding]:
+    """Put a document at a path, in place; every value in it is marked with the document's name, or keeps its marks. A finding
+    where there is no such place."""
     label = given.name
     held: Any = source.value
     place: Place = ()
@@ -96,8 +126,8 @@ def _put(source: Source, path: str, given: Document) -> list[Finding]:
     for marks in (source.marks, source.key_marks):
         for old in [old for old in marks if old[: len(place)] == place]:
             del marks[old]
-    source.marks.update({(*place, *below): label for below in given.marks})
-    source.key_marks.update({(*place, *below): label for below in given.key_marks})
+    source.marks.update({(*place, *below): mark if keep else label for below, mark in given.marks.items()})
+    source.key_marks.update({(*place, *below): mark if keep else label for below, mark in given.key_marks.items()})
     return []
 
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from decimal import Decimal
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol
 
-from pydantic import BeforeValidator, ValidationError, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, PrivateAttr, ValidationError, WithJsonSchema, model_validator
 
 from rvjax.campaign.bound import Bound, bound_of
 from rvjax.campaign.fields import Model, count, flag, number, option
 from rvjax.campaign.plain_values import exact, is_list, is_mapping, is_number
 from rvjax.campaign.problems import Problem, problems, refuse, unexpected
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 Method = Literal["fixed", "sequential", "sprt", "splitting", "importance"]
 Accept = Literal["proof", "estimate"]
@@ -77,6 +81,23 @@ def _ends(given: Any) -> tuple[float, float] | None:
 _RANGE = WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})
 
 
+class Thinning(Protocol):
+    """A law whose samples are some of the samples of a run (`rvjax.stats.other_laws`)."""
+
+    @property
+    def draws(self) -> tuple[str, ...]:
+        """The draws that decide it."""
+        ...
+
+    def possible(self, drawn: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+        """(n,) which draws the law has. drawn: (n,) values by the name of the draw."""
+        ...
+
+    def keeps(self, samples: NDArray[np.int64], drawn: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+        """(n,) which samples are samples of the law. samples: their numbers."""
+        ...
+
+
 class RareBudget(Model):
     """The search of rare failures begins no further replicates when a limit is reached; it has at least twenty."""
 
@@ -127,6 +148,9 @@ class Requirement(Model):
     where: Annotated[Mapping[str, Condition], BeforeValidator(_conditions), _WHERE] = option(
         default={}, doc="only samples whose draws meet these conditions: {pursuer.mass_kg: {below: 100}}"
     )
+    under: str | None = option(
+        default=None, doc="name of a law in the section laws: judged by the samples that are samples of that law"
+    )
     interpretation: Interpretation | None = option(
         default=None, doc="what the share counts: samples (ensemble), time (temporal) or both (mixed)"
     )
@@ -153,6 +177,21 @@ class Requirement(Model):
     )
     budget: RareBudget | None = option(default=None, doc="splitting, importance: limits of the search")
     name: str | None = option(default=None, doc="shown in the report")
+
+    _thinning: Thinning | None = PrivateAttr(None)
+
+    @property
+    def thinning(self) -> Thinning | None:
+        """Which samples are samples of the law `under`; None without `under`, and until `judged_under`."""
+        return self._thinning if self.under is not None else None
+
+    def judged_under(self, laws: Mapping[str, Thinning]) -> Requirement:
+        """The requirement with the law that it names."""
+        if self.under is None or self.under not in laws:
+            return self
+        found = self.model_copy()
+        found._thinning = laws[self.under]
+        return found
 
     @property
     def is_sequential(self) -> bool:
@@ -207,7 +246,7 @@ class Requirement(Model):
         values = {name: getattr(self, name) for name in (*_SHARES, *_SIDES, "channel")}
         given = {name for name, value in values.items() if value is not None and value is not False}
         if self.metric == "captured":
-            accepted = "accepted: metric, at_least, where, confidence, method, name"
+            accepted = "accepted: metric, at_least, where, under, confidence, method, name"
             wrong = [Problem(f"captured has no {name}", accepted, (name,), at_key=True) for name in sorted(given - {"at_least"})]
             if "at_least" not in given:
                 wrong.append(Problem("missing", accepted, ("at_least",), at_key=True))
@@ -242,9 +281,10 @@ class Requirement(Model):
             given = [name for name in ("accept", "budget") if getattr(self, name) is not None]
             return [Problem(f"method {self.method} has no {name}", accepted, (name,), at_key=True) for name in given]
         wrong: list[Problem] = []
-        if self.where:
-            accepted = "accepted: method fixed, sequential or sprt with where"
-            wrong.append(Problem(f"method {self.method} has no where", accepted, ("where",), at_key=True))
+        for name in ("where", "under"):
+            if getattr(self, name):
+                accepted = f"accepted: method fixed, sequential or sprt with {name}"
+                wrong.append(Problem(f"method {self.method} has no {name}", accepted, (name,), at_key=True))
         if self.interpretation in ("temporal", "mixed"):
             wrong.append(Problem(f"found {self.interpretation}", f"accepted with {self.method}: ensemble", ("interpretation",)))
         if not self.mean and self.allowed > MOST_RARE:

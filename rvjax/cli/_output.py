@@ -101,6 +101,7 @@ def verdict_documents(verdicts: Sequence[Verdict]) -> list[dict[str, Any]]:
             "text": verdict.text,
         }
         | ({} if verdict.rare is None else {"rare": vars(verdict.rare)})
+        | ({} if verdict.under is None else {"under": vars(verdict.under)})
         for verdict in verdicts
     ]
 

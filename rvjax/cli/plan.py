@@ -77,7 +77,9 @@ def _of_campaign(file: Path, trues: list[float], output: Output) -> int:
     for number, requirement in enumerate(problem.spec.require, 1):
         name = f"{number}. {title(requirement)}"
         try:
-            sizes = of_requirement(requirement, problem.spec.samples, trues, LANES)
+            share = problem.laws[requirement.under].share_kept if requirement.under else 1.0
+            samples, every = (max(1, round(number * share)) for number in (problem.spec.samples, LANES))
+            sizes = of_requirement(requirement, samples, trues, every)
         except UsageError as error:
             output.text(str(error))
             continue

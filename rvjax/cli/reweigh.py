@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,11 +16,15 @@ if TYPE_CHECKING:
     from rvjax.execution.reweigh import Reweighed
     from rvjax.stats import Estimate
 
+EXPLORATION, NAMED = "exploration", "named before flying"
+"""Status of the laws."""
+
 
 def command(
     folder: Folder,
     *,
     sets: Sets = None,
+    law: Annotated[str | None, typer.Option("--law", metavar="NAME", help="A law that the campaign names.")] = None,
     confidence: Annotated[float, typer.Option("--confidence", min=0.5, max=0.9999, help="Of the intervals.")] = 0.95,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -28,14 +33,18 @@ def command(
     from rvjax.execution.reweigh import reweigh
 
     output = Output(as_json, quiet)
-    if not sets:
-        raise UsageError("reweigh: no other law; accepted: --set PATH=LAW, such as --set 'pursuer.mass_kg={uniform: [90, 110]}'")
-    found = reweigh(folder, sets, confidence)
+    if not sets and law is None:
+        accepted = "--set PATH=LAW, such as --set 'pursuer.mass_kg={uniform: [90, 110]}', or --law NAME"
+        raise UsageError(f"reweigh: no other law; accepted: {accepted}")
+    if sets and law is not None:
+        raise UsageError("reweigh: both --set and --law; accepted: one of them")
+    found = reweigh(folder, sets or (), confidence, named=law)
     _show(found, output)
     output.document(
         {
             "folder": str(folder),
-            "status": "exploration",
+            "status": EXPLORATION if law is None else NAMED,
+            "law": law,
             "laws": found.law.record(),
             "samples": found.n,
             "kept": found.kept,
@@ -69,7 +78,13 @@ def _show(found: Reweighed, output: Output) -> None:
     output.table(("complies", "as flown", "new law, exact", "new law, by weights (nominal)"), rows)
     for refusal in found.refusals:
         output.text(f"not shown: {refusal}")
-    output.text("exploration: laws that are chosen after the flights give no verdict", f"a fresh run: {found.fresh}")
+    if found.named is None:
+        output.text(f"{EXPLORATION}: laws that are chosen after the flights give no verdict")
+    elif found.law.beyond > 0.0 or not math.isfinite(found.law.log_sup):
+        output.text(f"{NAMED}, but no verdict: not all of {found.named} lies within the laws of the run, with a bounded ratio")
+    else:
+        output.text(f"{NAMED}: a requirement with under: {found.named} is judged by the kept samples")
+    output.text(f"a fresh run: {found.fresh}")
 
 
 def _text(estimate: Estimate | None) -> str:

@@ -75,6 +75,8 @@ def _describe(file: str, problem: Problem, audit: bool, output: Output) -> dict[
     output.warnings(doubtful)
     document: dict[str, object] = {**vars(expected), "engine": choice.engine.name, "engine_reason": choice.reason}
     document["warnings"] = [vars(finding) for finding in doubtful]
+    if problem.laws:
+        document["laws"] = _laws(file, problem, output)
     if problem.spec.tune is not None:
         from rvjax.search.tuning.tune import plan
 
@@ -87,6 +89,18 @@ def _describe(file: str, problem: Problem, audit: bool, output: Output) -> dict[
         output.text(f"{file}: {proof}")
         document["audit"] = proof.record.model_dump()
     return document
+
+
+def _laws(file: str, problem: Problem, output: Output) -> dict[str, object]:
+    """Prints how many samples are kept under each law that the campaign names; returns it as a document."""
+    from rvjax.simulation.named_laws import expected
+
+    samples, found = problem.spec.samples, dict[str, object]()
+    for name, law in problem.laws.items():
+        kept = expected(samples, law)
+        output.text(f"{file}: under {name}: about {kept:,} of {samples:,} samples are kept")
+        found[name] = {"kept": kept, "beyond": law.beyond, **law.record()}
+    return found
 
 
 def _grouped(losses: Sequence[Margin]) -> list[tuple[str, ...]]:

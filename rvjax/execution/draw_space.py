@@ -7,7 +7,8 @@
     metric below v         (v − x)/|v|; where x is infinite, −1 − log₁₀(1 + position error over the closing window, in tubes)
     metric above v         (x − v)/|v|
     at_most                with the other sign: what shall hardly ever happen
-    outside of `where`     +∞;  a flight that was lost: NaN, or −1 − (T − t)/T with the time t of the loss (`failure_margins`)
+    outside of `where`,    +∞;  a flight that was lost: NaN, or −1 − (T − t)/T with the time t of the loss (`failure_margins`)
+    or no draw of `under`
 
 z is standard normal, so |z| says how improbable a point is, whatever the laws. A key says which sample's noise a flight has.
 """
@@ -128,7 +129,7 @@ class DrawSpace:
             never = -1.0 - np.log10(1.0 + np.where(np.isfinite(position), position, FLAT))
             margin = np.where(np.isinf(x), sign * np.sign(x) * never, sign * (limit - x) / (abs(limit) or 1.0))
             margin = -margin if requirement.at_most is not None else margin
-        return np.where(self.reading.chosen(frame), np.where(frame["outcome"].isin(FAILED), np.nan, margin), math.inf)
+        return np.where(self.reading.possible(frame), np.where(frame["outcome"].isin(FAILED), np.nan, margin), math.inf)
 
     def failure_margins(self, frame: pd.DataFrame) -> Values:
         """(n,) margins whose sign is the verdict on the flight: above 0 exactly where it complies.

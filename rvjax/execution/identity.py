@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 import rvjax
+from rvjax.campaign.named_laws import LAWS
 from rvjax.campaign.python_files import PythonFile
 from rvjax.components import installed_code
 from rvjax.components.registry import component, foreign
@@ -63,6 +64,7 @@ def identity(problem: Problem) -> dict[str, Any]:
         "packages": {name: version(name) for name in sorted(packages)},
         **({} if problem.dispersions.extends else {PLAN: {"use": problem.spec.sampler.use, "samples": problem.spec.samples}}),
         "lanes": LANES,
+        **({LAWS: {name: law.laws() for name, law in problem.laws.items()}} if problem.laws else {}),
         **engine.identity(Draws.of(problem, np.arange(1, dtype=np.int64))[1]),
     }
 

@@ -1,28 +1,33 @@
-"""A finished run under other laws of its draws, without a flight (`rvjax.stats.reweighting`, `rvjax.execution.law_checks`)."""
+"""A finished run under other laws of its draws, without a flight (`rvjax.stats.reweighting`, `rvjax.simulation.law_checks`)."""
 
 from __future__ import annotations
 
+import json
 import math
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax.analysis.other_laws import OtherLaw
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.folders import campaign_of
 from rvjax.analysis.verdicts.sentences import title
-from rvjax.campaign import Requirement
+from rvjax.campaign import Requirement, Source
+from rvjax.campaign.distribution_notation import did_you_mean
+from rvjax.campaign.overrides import place_of
 from rvjax.columns import draw_column
-from rvjax.errors import CampaignError, Finding, IncompleteError
-from rvjax.execution.law_checks import followers, other_law
+from rvjax.errors import CampaignError, IncompleteError, UsageError
 from rvjax.places import Place
 from rvjax.run_folder import RunFolder
-from rvjax.simulation.problem import load
+from rvjax.simulation.law_checks import Anchor, other_law
+from rvjax.simulation.named_laws import pinned
+from rvjax.simulation.problem import Problem, load
 from rvjax.stats import Estimate, clopper_pearson
+from rvjax.stats.other_laws import OtherLaw
 from rvjax.stats.reweighting import (
     FEWEST_KEPT,
     WeightQuality,
@@ -52,7 +57,7 @@ class Share:
 class Reweighed:
     """law: the other laws; n, kept: samples of the run and of the other law; quality: of the weights; refusals: why there is no
     exact, or no weighted, estimate; fresh: the command of a fresh run; pinned: numbers that follow from a changed law by default,
-    but stay as they were flown."""
+    but stay as they were flown; named: the name of the laws, where the campaign named them before it flew."""
 
     law: OtherLaw
     n: int
@@ -62,44 +67,91 @@ class Reweighed:
     refusals: tuple[str, ...]
     fresh: str
     pinned: tuple[str, ...] = ()
+    named: str | None = None
 
 
-def reweigh(place: str | Place, overrides: Sequence[str], confidence: float = 0.95) -> Reweighed:
-    """The shares of a finished run under other laws. overrides: `place=value`, the laws.
+def reweigh(
+    place: str | Place, overrides: Sequence[str] = (), confidence: float = 0.95, *, named: str | None = None
+) -> Reweighed:
+    """The shares of a finished run under other laws. overrides: `place=value`, the laws; or named: a law of the campaign.
 
     IncompleteError if samples are missing; CampaignError with every finding about what is no law of a draw, and where neither the
-    kept samples nor the weights are enough.
+    kept samples nor the weights are enough; UsageError for an unknown name.
     """
-    folder = RunFolder.open(place)
-    if missing := folder.requested - folder.chunks.total:
-        raise IncompleteError(f"{place}: {missing} samples are missing; `rvjax run` with the same --out flies them")
-    campaign_of(folder)  # refuses the folder of a search
+    folder = complete(place)
     before = [str(item) for item in folder.provenance.get("overrides", ())]
     source = folder.campaign_source()
-    old, new = load(source, before), load(source, [*before, *overrides])
-    if pins := followers(old, new):
-        new = load(source, [*before, *overrides, *pins])
+    old = load(source, before)
+    if named is not None:
+        overrides = _values_of(old, named)
+    new, pins, dropped = _changed(old, source, [*before, *overrides])
     command = ["rvjax", "run", str(folder.path / "campaign.yaml")]
-    fresh = shlex.join([*command, *(word for item in (*before, *overrides, *pins) for word in ("--set", item))])
-    if folder.requested < old.spec.samples:
-        flown = f"{folder.requested:,} of {old.spec.samples:,} samples"
-        message = f"the run stopped after {flown}, when they had decided its requirements"
-        accepted = f"accepted: a run of all samples, by `rvjax run` with the same --out; or a fresh run: {fresh}"
-        raise CampaignError([old.spec.source.finding(("samples",), message, accepted)])
-    law = other_law(old, new, fresh, overrides)
-    evaluators = [RequirementEvaluator(requirement) for requirement in (CAPTURED, *old.spec.require) if not requirement.mean]
+    fresh = shlex.join([*command, *(word for item in (*before, *overrides, *pins, *dropped) for word in ("--set", item))])
+    check_whole(folder, old, f"; or a fresh run: {fresh}")
+    anchor = Anchor(_places(old, overrides), f"or a fresh run: {fresh}")
+    law = other_law(old, new, anchor)
+    evaluators = [RequirementEvaluator(requirement) for requirement in (CAPTURED, *_shown(old.spec.require, named))]
     names = list(folder.columns())
     columns = dict.fromkeys(name for evaluator in evaluators for name in evaluator.columns(names))
     columns |= dict.fromkeys(map(draw_column, law.draws))
     frame = pd.concat([part for _, part, _ in folder.some(["sample", "outcome", *columns])], ignore_index=True)
-    found = replace(_reweighed(law, frame, evaluators, confidence, fresh), pinned=tuple(pins))
+    found = replace(_reweighed(law, frame, evaluators, confidence, fresh), pinned=tuple(pins), named=named)
     if all(share.thinned is None and share.weighted is None for share in found.shares):
-        labels = [f"--set {item}" for item in overrides]
-        refusals = "; ".join(found.refusals)
-        raise CampaignError(
-            [Finding(labels[0], "", refusals, f"accepted: laws nearer to those of the run; or a fresh run: {fresh}")]
-        )
+        raise CampaignError([anchor.finding((), "; ".join(found.refusals), "accepted: laws nearer to those of the run")])
     return found
+
+
+def complete(place: str | Place) -> RunFolder:
+    """A run folder with all its samples. IncompleteError if some are missing; UsageError for the folder of a search."""
+    folder = RunFolder.open(place)
+    if missing := folder.requested - folder.chunks.total:
+        raise IncompleteError(f"{place}: {missing} samples are missing; `rvjax run` with the same --out flies them")
+    campaign_of(folder)
+    return folder
+
+
+def check_whole(folder: RunFolder, problem: Problem, instead: str = "") -> None:
+    """CampaignError where a run stopped when it was decided: how many samples it has depends on what they showed."""
+    if folder.requested < problem.spec.samples:
+        flown = f"{folder.requested:,} of {problem.spec.samples:,} samples"
+        message = f"the run stopped after {flown}, when they had decided its requirements"
+        accepted = f"accepted: a run of all samples, by `rvjax run` with the same --out{instead}"
+        raise CampaignError([problem.spec.source.finding(("samples",), message, accepted)])
+
+
+def _values_of(problem: Problem, name: str) -> list[str]:
+    """`place=value` of a named law. UsageError for an unknown name."""
+    laws = problem.spec.laws
+    if name not in laws:
+        accepted = did_you_mean(name, laws) if laws else "accepted: --set, since the campaign names no laws"
+        raise UsageError(f"--law {name}: no law that the campaign named before it flew; {accepted}")
+    return [f"{place}={json.dumps(value)}" for place, value in laws[name].items()]
+
+
+def _changed(old: Problem, source: Path | Source, overrides: Sequence[str]) -> tuple[Problem, list[str], list[str]]:
+    """The campaign with other laws; the numbers that stay as they were flown; and what has to be left out, where laws that the
+    campaign names do not fit the other laws."""
+    dropped = list[str]()
+    if old.spec.laws:
+        try:
+            load(source, overrides)
+        except CampaignError:
+            dropped = ["require=[]", "laws={}"]
+    new, pins = pinned(old, lambda pins: load(source, [*overrides, *pins, *dropped]))
+    return new, pins, dropped
+
+
+def _places(old: Problem, overrides: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Where in the campaign stands what each `place=value` replaces, and the argument."""
+    source = old.spec.source
+    paths = {item.partition("=")[0]: item for item in overrides}
+    return {path: (source.where(place_of(source.value, path), key=True), f"--set {item}") for path, item in paths.items()}
+
+
+def _shown(require: Sequence[Requirement], named: str | None) -> list[Requirement]:
+    """The requirements on shares under the laws of the campaign, and those under the law that is shown."""
+    shares = [requirement for requirement in require if not requirement.mean and requirement.under in (None, named)]
+    return [requirement.model_copy(update={"under": None}) if requirement.under else requirement for requirement in shares]
 
 
 def _reweighed(

@@ -109,7 +109,8 @@ def mixed_draws(problem: Problem, samples: Samples, swaps: Swaps, other: int) ->
 def groups_of(problem: Problem, given: Mapping[str, Sequence[str]] | None = None) -> dict[str, tuple[str, ...]]:
     """The streams of each group. given: the user's groups, each the beginnings of names of draws.
 
-    UsageError for a name that no stream has, one in two groups, or groups that share correlated draws.
+    UsageError for a name that no stream has, one in two groups, a group named like a section that has other draws too, or groups
+    that share correlated draws.
     """
     streams = list(Draws.of(problem, np.arange(1, dtype=np.int64))[0].streams)
     place = {name: _section(name) for name in streams}
@@ -122,6 +123,11 @@ def groups_of(problem: Problem, given: Mapping[str, Sequence[str]] | None = None
             if taken := [name for name in covered if place[name] in (given or {}) and place[name] != group]:
                 raise UsageError(f"--group {group}: {taken[0]} is in the group {place[taken[0]]} too; accepted: one group each")
             place |= dict.fromkeys(covered, group)
+    chosen = [beginning for beginnings in (given or {}).values() for beginning in beginnings]
+    for group in given or {}:
+        if others := [name for name in streams if _section(name) == group and not any(covers(each, name) for each in chosen)]:
+            accepted = f"accepted: another name, or {group} with all of its draws"
+            raise UsageError(f"--group {group}: the group of a section, with {others[0]} in it as well; {accepted}")
     together = [group.names for group in problem.dispersions.groups]
     together += [tuple(retry.counts) for retry in problem.dispersions.retries]
     for names in together:

@@ -53,7 +53,7 @@ def export(search: WorstCaseSearch, result: Worst, folder: Path, overrides: Sequ
     ]
     sentence = f"the worst flight of {result.flights} that `rvjax worst` flew is sample 0, its margin {result.worst.margin:.6g}"
     comment = f"{result.requirement}: {sentence}."
-    text = campaign_text(spec, sets, ("require", "tune", "baselines"), "-worst", comment)
+    text = campaign_text(spec, sets, ("require", "laws", "tune", "baselines"), "-worst", comment)
     path = folder / CAMPAIGN
     atomic_files.replace(path, text.encode())
     return path

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -36,9 +36,11 @@ from rvjax.simulation.chosen_metrics import with_chosen
 from rvjax.simulation.closed_loop import Loop
 from rvjax.simulation.dispersions import Dispersions, resolve
 from rvjax.simulation.margin_checks import AvailableSignals, ControllerChoice, EffectChoice, controller_of
+from rvjax.simulation.named_laws import with_laws
 from rvjax.simulation.outline import Entry, Outline
 from rvjax.simulation.temporal_margins import margins_metric
 from rvjax.simulation.user_checks import own_quantities, unused
+from rvjax.stats.other_laws import OtherLaw
 
 NEVER = Fixed(1e30)
 """Onset [s] of a fault on a channel that it does not act on."""
@@ -71,6 +73,7 @@ class Problem:
     functions. actuation, effects: those of the actuators and the effects. chosen: those of the metrics that the campaign chooses.
     margins: the numbers of the temporal margins. dispersions: how numbers are drawn. fingerprint: SHA-256 of all that determines
     the draws and the flights. structure: SHA-256 of all that determines the compiled program.
+    laws: other laws that the campaign names; only of a problem that `load` gives.
     """
 
     spec: Spec
@@ -88,6 +91,7 @@ class Problem:
     dispersions: Dispersions
     fingerprint: str
     structure: str
+    laws: Mapping[str, OtherLaw] = field(default_factory=dict[str, OtherLaw])
 
     @property
     def metric_columns(self) -> dict[str, Column]:
@@ -113,9 +117,14 @@ def load(path: str | Path | Source, overrides: Sequence[str] = ()) -> Problem:
     Errors: CampaignError with every finding, each with file, line and column; also where the campaign does not fit one of its
     baseline controllers.
     """
-    problem = _problem(*parse(path, overrides))
-    _ = problem.baselines  # what does not fit a baseline is a finding too
+    problem = _with_laws(_problem(*parse(path, overrides)))
+    for baseline in problem.baselines.values():  # what does not fit a baseline is a finding too
+        _with_laws(baseline)
     return problem
+
+
+def _with_laws(problem: Problem) -> Problem:
+    return with_laws(problem, lambda source: _problem(*parse(source)))
 
 
 def baseline_overrides(choice: Choice) -> tuple[str, ...]:

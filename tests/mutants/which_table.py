@@ -5,9 +5,11 @@ from __future__ import annotations
 from tests.mutants.mutant import Mutant
 
 DRIVERS = "analysis/drivers.py"
-DENSITIES, LAWS = "analysis/densities.py", "analysis/other_laws.py"
+DENSITIES, LAWS = "stats/densities.py", "stats/other_laws.py"
 GROUPS = "search/sensitivity.py"
-CHECKS, REWEIGH = "execution/law_checks.py", "execution/reweigh.py"
+CHECKS, REWEIGH, NAMED = "simulation/law_checks.py", "execution/reweigh.py", "simulation/named_laws.py"
+COMPLIANCE, FOLDERS = "analysis/verdicts/compliance.py", "analysis/verdicts/folders.py"
+UNDER = "reweigh/test_under.py"
 RANKS, FREEZE, WEIGHTS = "stats/rank_dependence.py", "stats/pick_freeze.py", "stats/reweighting.py"
 
 XI = "stats/test_rank_dependence.py::test_xi_is_its_definition"
@@ -179,9 +181,9 @@ MUTANTS = (
     ),
     Mutant(
         "reweigh: a fresh run with another controller",
-        REWEIGH,
-        "if pins := followers(old, new):",
-        "if pins := followers(old, old):",
+        NAMED,
+        "pins = followers(problem, new)",
+        "pins = followers(problem, problem)",
         "reweigh/test_reweigh.py::test_what_follows_from_a_law_stays_as_flown",
     ),
     Mutant(
@@ -215,8 +217,92 @@ MUTANTS = (
     Mutant(
         "reweigh: a run that stopped when it was decided",
         REWEIGH,
-        "if folder.requested < old.spec.samples:",
+        "if folder.requested < problem.spec.samples:",
         "if False:",
         "reweigh/test_reweigh.py::test_a_run_that_stopped_when_it_was_decided",
+    ),
+    Mutant(
+        "groups: one joins the section of its name",
+        GROUPS,
+        "if _section(name) == group and not",
+        "if False and not",
+        "sensitivity/test_sensitivity.py::test_groups_of_ones_own",
+    ),
+    Mutant(
+        "under: all samples count",
+        COMPLIANCE,
+        'return law.keeps(frame["sample"].to_numpy(dtype=np.int64), self._drawn(law, frame))',
+        "return law.possible(self._drawn(law, frame))",
+        f"{UNDER}::test_a_verdict_counts_the_kept_samples",
+    ),
+    Mutant(
+        "under: a false pass",
+        COMPLIANCE,
+        "return self.kept(frame) & self.of_class(frame)",
+        "return self.of_class(frame)",
+        f"{UNDER}::test_a_baseline_is_of_the_kept_samples",
+    ),
+    Mutant(
+        "under: the class alone",
+        "analysis/verdicts/share_tally.py",
+        "chosen = kept & self.evaluator.of_class(frame)",
+        "chosen = self.evaluator.of_class(frame)",
+        f"{UNDER}::test_the_risk_of_a_false_pass_is_the_stated_one",
+    ),
+    Mutant(
+        "under: another stream",
+        LAWS,
+        "uniforms(self.seed, STREAM, samples)",
+        "uniforms(self.seed, STREAM, samples - samples[:1])",
+        f"{UNDER}::test_a_verdict_counts_the_kept_samples",
+    ),
+    Mutant(
+        "under: the largest weight of the sample",
+        LAWS,
+        "return kept(self.log_weights(drawn), self.log_sup,",
+        "return kept(self.log_weights(drawn), float(self.log_weights(drawn).max()),",
+        f"{UNDER}::test_a_verdict_counts_the_kept_samples",
+    ),
+    Mutant(
+        "under: laws that come after the flights",
+        "execution/identity.py",
+        "if problem.laws else {}),",
+        "if False else {}),",
+        f"{UNDER}::test_a_law_that_comes_later_is_another_run",
+    ),
+    Mutant(
+        "under: unknown laws ignored",
+        COMPLIANCE,
+        "if law is None and self.requirement.under is not None:",
+        "if False:",
+        f"{UNDER}::test_without_its_law_a_requirement_is_not_judged",
+    ),
+    Mutant(
+        "under: old laws read as new ones",
+        LAWS,
+        'old, new = _law_of(item["old"]), _law_of(item["new"])',
+        'new, old = _law_of(item["old"]), _law_of(item["new"])',
+        f"{UNDER}::test_a_folder_gives_the_laws_back",
+    ),
+    Mutant(
+        "under: thinned twice",
+        REWEIGH,
+        'requirement.model_copy(update={"under": None}) if requirement.under else requirement',
+        "requirement",
+        f"{UNDER}::test_reweigh_shows_a_named_law",
+    ),
+    Mutant(
+        "under: laws that reach beyond are judged",
+        NAMED,
+        "if law.beyond > 0.0:",
+        "if False:",
+        "campaign/test_campaign.py::test_bad_file",
+    ),
+    Mutant(
+        "under: too few kept",
+        NAMED,
+        "elif kept < FEWEST_KEPT:",
+        "elif kept < 0:",
+        "campaign/test_campaign.py::test_bad_file",
     ),
 )

@@ -111,32 +111,48 @@ def test_what_lies_beyond_widens_the_interval(folder: Path) -> None:
 
 
 REFUSED = {
-    "horizon.step_s=0.05": "horizon: horizon differs from the run in more than the law of a draw",
-    "seed=9": "seed: seed differs from the run in more than the law of a draw",
-    "controller={use: lqr-kalman, period_s: 1}": "controller: controller differs from the run in more than the law of a draw",
-    "start.rho_m.0={uniform: [1, 3]}": "start.rho_m: start.rho_m.x was fixed in the run, so no flight has another value",
-    "navigation.0.position_m=0.002": "is the size of noise in flight, so no flight has another value",
-    "faults.effectiveness.onset_s=5": "faults.effectiveness.onset_s.fx would be fixed; accepted: a law with a density",
-    "pursuer.mass_kg={truncated_normal: [100, 4, 70, 130]}": "pursuer.mass_kg is correlated with others",
-    "faults.some.onset_s={uniform: [2, 7]}": "belongs to a fault with a schedule",
-    "faults.effectiveness.remaining={choice: [0.2, 0.4]}": "a law with steps and another one have no ratio",
-    "start.nu_m_s={direction: 0.1}": "a joint law and another one have no ratio",
-    "faults.effectiveness.onset_s={uniform: [2, 9]}": "14.3 % of the draws would be where the run has none",
-    "faults.effectiveness.remaining={uniform: [0.1, 0.12]}": "samples are kept, fewer than 59; the weights have",
-    "name=other": "no law of a draw changes",
+    "horizon.step_s=0.05": ("step_s", "horizon: --set {}: horizon differs from the run in more than the law of a draw"),
+    "seed=9": ("seed", "seed: --set {}: seed differs from the run in more than the law of a draw"),
+    "controller={use: lqr-kalman, period_s: 1}": ("controller", "controller differs from the run in more than the law of a draw"),
+    "start.rho_m.0={uniform: [1, 3]}": ("2, 0, 0]", "start.rho_m.x was fixed in the run, so no flight has another value"),
+    "navigation.0.position_m=0.002": ("position_m", "is the size of noise in flight, so no flight has another value"),
+    "faults.effectiveness.onset_s=5": (
+        "onset_s",
+        "onset_s.fx would be fixed; accepted: a law with a density",
+    ),
+    "pursuer.mass_kg={truncated_normal: [100, 4, 70, 130]}": ("mass_kg", "pursuer.mass_kg is correlated with others"),
+    "faults.some.onset_s={uniform: [2, 7]}": ("onset_s", "belongs to a fault with a schedule"),
+    "faults.effectiveness.remaining={choice: [0.2, 0.4]}": ("remaining", "a law with steps and another one have no ratio"),
+    "actuators.spread={table: {csv: spread.csv, column: s}}": ("spread", "Empirical has no density; accepted: two laws with"),
+    "start.nu_m_s={direction: 0.1}": ("nu_m_s", "a joint law and another one have no ratio"),
+    "faults.effectiveness.onset_s={uniform: [2, 9]}": ("onset_s", "14.3 % of the draws would be where the run has none"),
+    "faults.effectiveness.remaining={uniform: [0.1, 0.12]}": ("remaining", "samples are kept, fewer than 59; the weights have"),
+    "name=other": ("name", "no law of a draw changes; accepted: another law of a draw"),
 }
+"""By argument: the text of the campaign where the message points, and what it says."""
 
 
 @pytest.mark.parametrize("override", REFUSED)
 def test_refusals_name_the_place_and_the_fresh_run(folder: Path, rvjax: Run, override: str) -> None:
-    """Kills: each check by itself, a refusal without the argument, without the command for a fresh run."""
+    """Kills: each check by itself, a refusal without the argument, at another place, without the command for a fresh run, and
+    with a command that is refused."""
+    (folder / "spread.csv").write_text("s\n0.95\n1.05\n")
     code, _, said = rvjax("reweigh", folder, "--set", override)
     assert code == 2
-    assert said.startswith(f"--set {override}: ")
-    assert REFUSED[override] in said
+    at, words = REFUSED[override]
+    file, line, column, rest = said.splitlines()[0].split(":", 3)
+    assert file == str(folder / "campaign.yaml")
+    assert CAMPAIGN.split("\n")[int(line) - 1][int(column) - 1 :].startswith(at)
+    assert f"--set {override}: " in rest
+    assert words.format(override) in rest
+    assert "; accepted: " in rest
     if override != "name=other":
-        assert f"a fresh run: rvjax run {folder / 'campaign.yaml'} " in said
-        assert shlex.quote(override) in said
+        start = "; or a fresh run: rvjax run "
+        assert start in rest
+        _, _, *arguments = shlex.split(rest[rest.index(start) :].removeprefix("; or a fresh run: "))
+        assert arguments[-1] == override or override in arguments
+        code, _, refused = rvjax("validate", *arguments)
+        assert (code, "error" in refused) == (0, False), refused
 
 
 def test_the_command_shows_that_it_explores(folder: Path, rvjax: Run) -> None:

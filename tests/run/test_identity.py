@@ -26,6 +26,9 @@ WITHOUT_NUMBERS = {
     "components/user_mistakes.py": "messages",
     "components/user_watch.py": "refuses what a user's code reads while it is traced; changes no number",
     "components/wrench_over_time.py": "says which tables and pulses the steps cannot follow; no flight looks at it",
+    "stats/densities.py": "what samples of a law say about another one; no draw depends on it",
+    "stats/other_laws.py": "which samples are samples of a law that a requirement names",
+    "stats/reweighting.py": "the same",
     "stats/__init__.py": "bounds and tests: they refuse a requirement that cannot be decided, and judge the others",
     "stats/sampling_design.py": "says which verdicts a sampler allows; no draw depends on it",
 }

@@ -130,12 +130,18 @@ def test_a_group_may_have_any_name(file: Path) -> None:
 
 
 def test_groups_of_ones_own(file: Path) -> None:
-    """Kills: a group that leaves its draws in their sections, names that nobody has, a draw in two groups."""
+    """Kills: a group that leaves its draws in their sections, names that nobody has, a draw in two groups, a group that silently
+    joins the section of its name."""
     groups = groups_of(load(file), {"where": ["start.nu_m_s"], "masses": ["pursuer.inertia_kgm2"]})
     assert groups["where"] == ("start.nu_m_s",)
     assert "start.nu_m_s" not in groups["start"]
     with pytest.raises(UsageError, match="no draw begins with start"):
         groups_of(load(file), {"where": ["start.speed"]})
+    with pytest.raises(
+        UsageError, match=r"--group start: the group of a section, with start\.sigma\S* in it as well; accepted: "
+    ):
+        groups_of(load(file), {"start": ["pursuer.mass_kg", "start.nu_m_s"]})
+    assert "start.sigma.x" in groups_of(load(file), {"start": ["start"]})["start"]
     with pytest.raises(UsageError, match="is in the group one too"):
         groups_of(load(file), {"one": ["start"], "two": ["start.nu_m_s"]})
 

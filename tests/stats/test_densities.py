@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from rvjax.analysis.densities import has_density, log_density, ratio
 from rvjax.campaign.distributions import (
     Attitude,
     Ball,
@@ -30,6 +29,7 @@ from rvjax.campaign.distributions import (
     VonMisesFisher,
     Weibull,
 )
+from rvjax.stats.densities import has_density, log_density, ratio
 
 PAIRS: list[tuple[Any, Any]] = [
     (Uniform(-1.0, 3.0), stats.uniform(-1.0, 4.0)),

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from rvjax.campaign import Requirement
     from rvjax.campaign.bound import Bound
+    from rvjax.campaign.requirement import Thinning
 
 
 ANY = "any"
@@ -54,7 +55,8 @@ class RequirementEvaluator:
     def columns(self, names: Sequence[str]) -> list[str]:
         """The columns it needs besides `sample` and `outcome`. UsageError if a column is not in `names`."""
         self._column = column_of(self.requirement, names)
-        draws = [draw_column(draw) for draw in self.requirement.where]
+        law = self._law()
+        draws = [draw_column(draw) for draw in dict.fromkeys([*self.requirement.where, *(law.draws if law else ())])]
         for column in draws:
             self._known(column, names)
         return [*([self._column] if self._column else []), *draws]
@@ -88,9 +90,39 @@ class RequirementEvaluator:
     def _known(self, column: str, names: Collection[str]) -> None:
         if column not in names:
             draw = column.removeprefix(DRAW)
-            raise UsageError(f"{name(self.requirement)}: where: no draw {draw!r} in the table; accepted: the name of a draw")
+            key = "where" if draw in self.requirement.where else f"under {self.requirement.under}"
+            raise UsageError(f"{name(self.requirement)}: {key}: no draw {draw!r} in the table; accepted: the name of a draw")
+
+    def _law(self) -> Thinning | None:
+        """The law that it is judged under."""
+        law = self.requirement.thinning
+        if law is None and self.requirement.under is not None:
+            start = f"{name(self.requirement)}: under {self.requirement.under}: the law is not known here"
+            raise UsageError(f"{start}; accepted: a requirement of a campaign that is loaded with its laws, or of a run folder")
+        return law
 
     def chosen(self, frame: pd.DataFrame) -> NDArray[np.bool_]:
+        """(n,) which samples it is judged by: of the law (`under`) and class (`where`). UsageError if the table lacks a draw."""
+        return self.kept(frame) & self.of_class(frame)
+
+    def kept(self, frame: pd.DataFrame) -> NDArray[np.bool_]:
+        """(n,) which samples are samples of the law that it is judged under; all without one."""
+        law = self._law()
+        if law is None:
+            return np.ones(len(frame), dtype=bool)
+        return law.keeps(frame["sample"].to_numpy(dtype=np.int64), self._drawn(law, frame))
+
+    def possible(self, frame: pd.DataFrame) -> NDArray[np.bool_]:
+        """(n,) which draws the law and the class have: `chosen` for flights that are no samples."""
+        law = self._law()
+        return self.of_class(frame) if law is None else self.of_class(frame) & law.possible(self._drawn(law, frame))
+
+    def _drawn(self, law: Thinning, frame: pd.DataFrame) -> dict[str, NDArray[np.float64]]:
+        for draw in law.draws:
+            self._known(draw_column(draw), list(frame.columns))
+        return {draw: np.asarray(frame[draw_column(draw)], dtype=float) for draw in law.draws}
+
+    def of_class(self, frame: pd.DataFrame) -> NDArray[np.bool_]:
         """(n,) which samples are of the class (`where`). UsageError if the table lacks a draw of the class."""
         chosen = np.ones(len(frame), dtype=bool)
         for draw, condition in self.requirement.where.items():
@@ -133,7 +165,7 @@ def name(requirement: Requirement) -> str:
 
 
 def complies(requirement: Requirement, frame: pd.DataFrame) -> NDArray[np.bool_]:
-    """(n,) which samples of a table comply with a requirement on a share, or are not of its class.
+    """(n,) which samples of a table comply with a requirement on a share, or are not of its class and law.
 
     UsageError if the table lacks the metric, the channel, or a draw of the class.
     """

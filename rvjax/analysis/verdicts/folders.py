@@ -8,11 +8,13 @@ from rvjax.analysis.run_totals import Ledger
 from rvjax.analysis.verdicts.rare import conclude_all
 from rvjax.analysis.verdicts.tally import tallies
 from rvjax.campaign import load
+from rvjax.campaign.named_laws import LAWS
 from rvjax.components.samplers import sampling_design_of
-from rvjax.errors import IncompleteError, UsageError
+from rvjax.errors import FolderError, IncompleteError, UsageError
 from rvjax.places import Place
 from rvjax.run_folder import Account, RunFolder
 from rvjax.run_folder.tuning_record import ORIGINAL, TUNED
+from rvjax.stats.other_laws import OtherLaw
 
 if TYPE_CHECKING:
     from rvjax.analysis.verdicts.verdict import Verdict
@@ -40,7 +42,20 @@ def campaign_of(folder: RunFolder) -> Spec:
             f"{folder.path}: the folder of a search of rare failures, whose flights are no samples; "
             f"accepted: {folder.path.parent}"
         )
-    return load(folder.campaign_source(), [str(item) for item in folder.provenance.get("overrides", ())])
+    spec = load(folder.campaign_source(), [str(item) for item in folder.provenance.get("overrides", ())])
+    if not spec.laws:
+        return spec
+    laws = laws_of(folder)
+    return spec.model_copy(update={"require": tuple(requirement.judged_under(laws) for requirement in spec.require)})
+
+
+def laws_of(folder: RunFolder) -> dict[str, OtherLaw]:
+    """The laws that the campaign of a run named before it flew, from the identity of the run. FolderError if they are damaged."""
+    try:
+        seed = int(folder.identity["seed"])
+        return {str(name): OtherLaw.of(laws, seed) for name, laws in folder.identity.get(LAWS, {}).items()}
+    except (KeyError, ValueError, TypeError, AttributeError) as error:
+        raise FolderError(f"{folder.path}: its identity has a law that cannot be read ({error})") from error
 
 
 def judge_folder(path: str | Place) -> tuple[Verdict, ...]:

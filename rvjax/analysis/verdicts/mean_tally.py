@@ -13,7 +13,7 @@ import scipy  # pyright: ignore[reportMissingTypeStubs]  # imports `special` whe
 
 from rvjax.analysis.verdicts import sentences
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
-from rvjax.analysis.verdicts.verdict import Verdict, Word
+from rvjax.analysis.verdicts.verdict import Under, Verdict, Word
 from rvjax.columns import Column
 from rvjax.run_folder.named_arrays import Record
 from rvjax.stats import Estimate, bernstein_bounds, mean_interval
@@ -38,11 +38,13 @@ class MeanTally:
         self.evaluator = RequirementEvaluator(requirement)
         self._moments: dict[int, Moments] = {}
         self._values: dict[int, NDArray[np.float64]] | None = {} if requirement.range is None else None
-        self._lost = self._outside = self._complying = 0
+        self._lost = self._outside = self._complying = self._flown = self._kept = 0
 
     def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
         """Adds the samples of chunks. A value that is not finite counts as the worse end of the range."""
-        values, chosen = self.evaluator.values(frame, columns), self.evaluator.chosen(frame)
+        values, kept = self.evaluator.values(frame, columns), self.evaluator.kept(frame)
+        chosen = kept & self.evaluator.of_class(frame)
+        self._flown, self._kept = self._flown + len(frame), self._kept + int(np.count_nonzero(kept))
         samples = frame["sample"].to_numpy()
         for first, behind in pairwise((*begins, len(frame))):
             if behind > first:
@@ -82,6 +84,7 @@ class MeanTally:
         self._lost += other._lost
         self._outside += other._outside
         self._complying += other._complying
+        self._flown, self._kept = self._flown + other._flown, self._kept + other._kept
 
     def record(self) -> Record:
         """All of it, for `restore`."""
@@ -92,6 +95,7 @@ class MeanTally:
         if self._values is not None:
             numbers["values"] = np.concatenate([np.empty(0), *(self._values[first] for first in firsts)])
         counts = {"lost": self._lost, "outside": self._outside, "complying": self._complying}
+        counts |= {"flown": self._flown, "kept": self._kept}
         return Record.of_numbers(numbers, **counts)
 
     def restore(self, record: Record, firsts: Sequence[int]) -> None:
@@ -111,8 +115,9 @@ class MeanTally:
                 raise ValueError(f"a mean of {values.size} values for {int(size.sum())} samples")
             self._values = dict(zip(first.tolist(), np.split(values, np.cumsum(size)[:-1]), strict=True)) if size.size else {}
         self._lost, self._outside, self._complying = (int(record.document[name]) for name in ("lost", "outside", "complying"))
-        if min(self._lost, self._outside, self._complying) < 0:
-            raise ValueError("a mean with negative counts")
+        self._flown, self._kept = (int(record.document[name]) for name in ("flown", "kept"))
+        if min(self._lost, self._outside, self._complying, self._flown - self._kept, self._kept - int(size.sum())) < 0:
+            raise ValueError("a mean whose counts contradict each other")
 
     def decided(self) -> bool:
         """Never before the end: a mean is judged once."""
@@ -126,7 +131,10 @@ class MeanTally:
         good = estimate.high < limit if bound.side == "below" else estimate.low > limit
         bad = estimate.low >= limit if bound.side == "below" else estimate.high <= limit
         word: Word = "UNDECIDED" if self._outside or not estimate.n else "PASS" if good else "FAIL" if bad else "UNDECIDED"
-        text = sentences.of_mean(requirement, bound, estimate, self.evaluator.unit, outside=self._outside, lost=self._lost)
+        law = requirement.under
+        under = None if law is None else Under(law=law, kept=self._kept, flown=self._flown)
+        unit, counts = self.evaluator.unit, {"outside": self._outside, "lost": self._lost}
+        text = sentences.of_mean(requirement, bound, estimate, unit, **counts, under=under)
         return Verdict(
             requirement=requirement,
             verdict=word,
@@ -137,7 +145,8 @@ class MeanTally:
             quantity=None,
             more=None,
             text=f"{word}: {text}",
-            unit=self.evaluator.unit,
+            unit=unit,
+            under=under,
         )
 
     def _estimate(self) -> Estimate:

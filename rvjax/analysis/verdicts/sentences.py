@@ -7,7 +7,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Decimal
 from typing import TYPE_CHECKING
 
 from rvjax.analysis.percentages import chosen, rounded
-from rvjax.analysis.verdicts.verdict import Evidence
+from rvjax.analysis.verdicts.verdict import Evidence, Under
 
 if TYPE_CHECKING:
     from rvjax.campaign import Requirement
@@ -21,7 +21,7 @@ MANY = 10**9
 def success_of(requirement: Requirement, unit: str = "") -> str:
     """The condition a sample must meet, in words: settling_time_s below 150 s. unit: of the metric."""
     never = "not " if requirement.at_most is not None else ""
-    return f"{never}{condition(requirement, unit)}{_of_class(requirement)}"
+    return f"{never}{condition(requirement, unit)}{_of_class(requirement)}{_under(requirement)}"
 
 
 def title(requirement: Requirement) -> str:
@@ -37,10 +37,12 @@ def title(requirement: Requirement) -> str:
         what = f"{what}: at most {requirement.at_most:.12g}"
     else:
         what = f"{what}: at least {requirement.limit:.12g}"
-    return what + _of_class(requirement)
+    return what + _of_class(requirement) + _under(requirement)
 
 
-def of_share(requirement: Requirement, successes: int, share: Estimate, quantity: Estimate | None, unit: str) -> str:
+def of_share(
+    requirement: Requirement, successes: int, share: Estimate, quantity: Estimate | None, unit: str, under: Under | None = None
+) -> str:
     """How many samples comply, the bounds of their share, and the required share."""
     percent = _percentages(requirement.limit, share)
     observed = f" ({percent[3]})" if share.n else ""
@@ -48,8 +50,9 @@ def of_share(requirement: Requirement, successes: int, share: Estimate, quantity
     stopping = " at any stopping time" if requirement.is_sequential else ""
     never = "not " if requirement.at_most is not None else ""
     text = (
-        f"{_start(requirement)}{never}{condition(requirement, unit)} in {successes} of {share.n} samples{_of_class(requirement)}"
-        f"{observed}. The share is at least {percent[1]} and at most {percent[2]}, each {confidence}{stopping}; "
+        f"{_start(requirement, under)}{never}{condition(requirement, unit)} in {successes} of {share.n} samples"
+        f"{_of_class(requirement)}{observed}. "
+        f"The share is at least {percent[1]} and at most {percent[2]}, each {confidence}{stopping}; "
         f"{percent[0]} is required."
     )
     if quantity is not None:
@@ -59,14 +62,16 @@ def of_share(requirement: Requirement, successes: int, share: Estimate, quantity
     return text
 
 
-def of_mean(requirement: Requirement, bound: Bound, mean: Estimate, unit: str, *, outside: int, lost: int) -> str:
+def of_mean(
+    requirement: Requirement, bound: Bound, mean: Estimate, unit: str, *, outside: int, lost: int, under: Under | None = None
+) -> str:
     """The mean, its bounds and the required bound."""
     low, high = number(mean.low, unit, ROUND_FLOOR), number(mean.high, unit, ROUND_CEILING)
     confidence = f"with {chosen(mean.confidence)} % confidence"
     if requirement.range is None:
         confidence += " (approximate, since its range is not stated: on skewed values a bound errs several times as often)"
     text = (
-        f"{_start(requirement)}mean of {_metric(requirement)} over {mean.n} samples{_of_class(requirement)}: "
+        f"{_start(requirement, under)}mean of {_metric(requirement)} over {mean.n} samples{_of_class(requirement)}: "
         f"{number(mean.value, unit)}, at least {low} and at most {high}, each {confidence}; "
         f"it must be {bound.side} {number(bound.value, unit)}."
     )
@@ -114,8 +119,9 @@ def _power(logarithm: float) -> str:
     return f"{math.exp(logarithm):.3g}" if abs(logarithm) < 100 else f"10^{logarithm / math.log(10):.0f}"
 
 
-def _start(requirement: Requirement) -> str:
-    return f"{requirement.name}: " if requirement.name else ""
+def _start(requirement: Requirement, under: Under | None = None) -> str:
+    law = "" if under is None else f"under {under.law} ({under.kept:,} kept of {under.flown:,} samples): "
+    return f"{requirement.name}: {law}" if requirement.name else law
 
 
 def _metric(requirement: Requirement) -> str:
@@ -131,6 +137,10 @@ def condition(requirement: Requirement, unit: str) -> str:
 def _of_class(requirement: Requirement) -> str:
     conditions = " and ".join(f"{draw} {condition}" for draw, condition in requirement.where.items())
     return f" with {conditions}" if conditions else ""
+
+
+def _under(requirement: Requirement) -> str:
+    return f" under {requirement.under}" if requirement.under else ""
 
 
 def _percentages(limit: float, share: Estimate) -> list[str]:

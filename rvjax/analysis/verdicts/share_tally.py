@@ -14,7 +14,7 @@ from rvjax.analysis.run_totals import AT_ONCE, sketch_of
 from rvjax.analysis.verdicts import sentences
 from rvjax.analysis.verdicts.compliance import RequirementEvaluator
 from rvjax.analysis.verdicts.rare import conclude
-from rvjax.analysis.verdicts.verdict import Evidence, Verdict, Word
+from rvjax.analysis.verdicts.verdict import Evidence, Under, Verdict, Word
 from rvjax.columns import Column
 from rvjax.errors import UsageError
 from rvjax.run_folder.named_arrays import Record
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from rvjax.campaign import Requirement
 
-_COUNTS = ("rows", "of_class", "complying")
+_COUNTS = ("rows", "kept", "of_class", "complying")
 """What is counted of a chunk."""
 
 ANYTIME = "e-process, one-sided bounds, valid at any stopping time"
@@ -48,7 +48,7 @@ class ShareTally:
         self.requirement = requirement
         self.evaluator = RequirementEvaluator(requirement)
         self._design = design
-        self._chunks: dict[int, tuple[int, int, int]] = {}
+        self._chunks: dict[int, tuple[int, int, int, int]] = {}
         self._sketch = Sketch()
         self._waiting: list[NDArray[np.float64]] = []
         if requirement.metric != "captured" and not (requirement.quantile or requirement.at_least or requirement.at_most):
@@ -56,14 +56,15 @@ class ShareTally:
 
     def add(self, frame: pd.DataFrame, columns: Mapping[str, Column], begins: Sequence[int] = (0,)) -> None:
         """Counts the samples of chunks, which begin at the rows `begins`. UsageError if the table lacks a column it needs."""
-        values, chosen = self.evaluator.values(frame, columns), self.evaluator.chosen(frame)
+        values, kept = self.evaluator.values(frame, columns), self.evaluator.kept(frame)
+        chosen = kept & self.evaluator.of_class(frame)
         if not len(frame):
             return
-        masks = (np.ones(len(frame), dtype=bool), chosen, chosen & self.evaluator.comply(values))
+        masks = (np.ones(len(frame), dtype=bool), kept, chosen, chosen & self.evaluator.comply(values))
         sizes = np.transpose([np.add.reduceat(mask, begins, dtype=np.int64) for mask in masks])
         firsts = frame["sample"].to_numpy()[list(begins)]
         counts = zip(firsts.tolist(), sizes.tolist(), strict=True)
-        self._chunks |= {first: (rows, of_class, complying) for first, (rows, of_class, complying) in counts}
+        self._chunks |= {first: (rows, kept, of_class, complying) for first, (rows, kept, of_class, complying) in counts}
         values = values[chosen]
         if self.evaluator.of_metric and self.requirement.quantile is not None:
             worst = self.evaluator.bound.worst
@@ -89,7 +90,7 @@ class ShareTally:
         """All counts, for `restore`."""
         self._take_in()
         firsts = sorted(self._chunks)
-        counts = np.array([self._chunks[first] for first in firsts], np.int64).reshape(-1, 3)
+        counts = np.array([self._chunks[first] for first in firsts], np.int64).reshape(-1, len(_COUNTS))
         chunks = {"first": np.array(firsts, np.int64)} | {name: counts[:, part] for part, name in enumerate(_COUNTS)}
         return Record.joined({"chunks": Record.of_numbers(chunks), "sketch": Record.of_numbers(self._sketch.arrays())})
 
@@ -97,12 +98,12 @@ class ShareTally:
         """Takes over the counts of a record. firsts: the first samples of its chunks. ValueError if it contradicts itself or
         these."""
         chunks = record.part("chunks")
-        rows, of_class, complying = (chunks.numbers(name) for name in _COUNTS)
+        rows, kept, of_class, complying = (chunks.numbers(name) for name in _COUNTS)
         if chunks.numbers("first").tolist() != list(firsts):
             raise ValueError("a requirement that counts other chunks")
-        if not (np.all(complying >= 0) and np.all(of_class >= complying) and np.all(rows >= of_class)):
+        if not (np.all(complying >= 0) and np.all(of_class >= complying) and np.all(kept >= of_class) and np.all(rows >= kept)):
             raise ValueError("a requirement whose counts contradict each other")
-        counts = zip(rows.tolist(), of_class.tolist(), complying.tolist(), strict=True)
+        counts = zip(rows.tolist(), kept.tolist(), of_class.tolist(), complying.tolist(), strict=True)
         self._chunks = dict(zip(firsts, counts, strict=True))
         self._sketch = sketch_of(record.part("sketch"))
         if self._sketch.n not in (0, int(of_class.sum())):
@@ -121,13 +122,18 @@ class ShareTally:
 
     def _fixed(self) -> Verdict:
         requirement = self.requirement
-        n, successes = (sum(chunk[part] for chunk in self._chunks.values()) for part in (1, 2))
+        flown, kept, n, successes = (sum(chunk[part] for chunk in self._chunks.values()) for part in range(len(_COUNTS)))
         estimate = self._design.bounds(successes, n, requirement.confidence)
         word: Word = "UNDECIDED"
         if n:
             word = "PASS" if estimate.low >= requirement.limit else "FAIL" if estimate.high < requirement.limit else "UNDECIDED"
         more = fixed_more(estimate, requirement.limit) if word == "UNDECIDED" else None
-        return self._stated(word, successes, estimate, self._quantity(), more)
+        return self._stated(word, successes, estimate, self._quantity(), more, self._under(kept, flown))
+
+    def _under(self, kept: int, flown: int) -> Under | None:
+        """The law that the requirement is judged under."""
+        law = self.requirement.under
+        return None if law is None else Under(law=law, kept=kept, flown=flown)
 
     def _quantity(self) -> Estimate | None:
         """The estimate of the required quantile from all samples."""
@@ -144,7 +150,7 @@ class ShareTally:
             return None
         behind, n, failures = 0, 0, 0
         for first in sorted(self._chunks):
-            samples, of_class, complying = self._chunks[first]
+            samples, _, of_class, complying = self._chunks[first]
             if first != behind:
                 break
             behind, n, failures = behind + samples, n + of_class, failures + of_class - complying
@@ -177,7 +183,9 @@ class ShareTally:
             word = "PASS" if evidence.passing[at] >= evidence.needed_pass else "FAIL"
         estimate = anytime(n, failures, self.requirement.confidence)
         more = sequential_more(self.requirement, n, failures) if word == "UNDECIDED" else None
-        return self._stated(word, n - failures, estimate, None, more, evidence)
+        looked = sorted(self._chunks)[: at + 1]
+        flown, kept = (sum(self._chunks[first][part] for first in looked) for part in (0, 1))
+        return self._stated(word, n - failures, estimate, None, more, self._under(kept, flown), evidence)
 
     def _stated(
         self,
@@ -186,11 +194,14 @@ class ShareTally:
         estimate: Estimate,
         quantity: Estimate | None,
         more: int | None,
+        under: Under | None,
         evidence: Evidence | None = None,
     ) -> Verdict:
-        requirement = self.requirement
-        text = sentences.of_share(requirement, successes, estimate, quantity, self.evaluator.unit)
-        outlook = f" {sentences.outlook(requirement, estimate.n, more)}" if word == "UNDECIDED" else ""
+        requirement, n = self.requirement, estimate.n
+        if under is not None:
+            n, more = under.flown, _flights(more, under)
+        text = sentences.of_share(requirement, successes, estimate, quantity, self.evaluator.unit, under)
+        outlook = f" {sentences.outlook(requirement, n, more)}" if word == "UNDECIDED" else ""
         stopped = f" {sentences.stopped(requirement, evidence)}" if evidence is not None and word != "UNDECIDED" else ""
         return Verdict(
             requirement=requirement,
@@ -203,7 +214,16 @@ class ShareTally:
             more=more,
             text=f"{word}: {text}{stopped}{outlook}",
             evidence=evidence,
+            under=under,
         )
+
+
+def _flights(more: int | None, under: Under) -> int | None:
+    """How many flights give so many samples of a law; None above `sentences.MANY`."""
+    if more is None or not under.kept:
+        return None
+    flights = math.ceil(more * under.flown / under.kept)
+    return flights if flights < sentences.MANY else None
 
 
 def fixed_more(estimate: Estimate, limit: float) -> int | None:

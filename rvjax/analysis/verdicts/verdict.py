@@ -61,6 +61,15 @@ class RareFailure:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Under:
+    """law: the name of the law that a requirement is judged under. kept: samples of it. flown: samples of the run."""
+
+    law: str
+    kept: int
+    flown: int
+
+
+@dataclass(frozen=True, kw_only=True)
 class Verdict:
     """The verdict on a requirement from `n` samples.
 
@@ -69,7 +78,7 @@ class Verdict:
     end is a one-sided bound at the requirement's confidence. quantity: the quantile of a requirement on a quantile (unit of the
     metric); each end of its interval holds at the requirement's confidence. unit: of limit and estimate. more: roughly how many
     further samples would decide, None if decided or if no number would. evidence: of a sequential method. rare: of a search for
-    rare failures. text: a sentence.
+    rare failures. under: the law that it is judged under. text: a sentence.
     """
 
     requirement: Requirement
@@ -84,6 +93,7 @@ class Verdict:
     unit: str = "1"
     evidence: Evidence | None = None
     rare: RareFailure | None = None
+    under: Under | None = None
 
     @property
     def low_bound(self) -> float:

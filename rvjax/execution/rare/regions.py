@@ -105,7 +105,7 @@ def export(space: DrawSpace, found: Sequence[Found], folder: RunFolder, override
         "keep={all: true}",
     ]
     comment = f"{rare_record.FAILING}: the most probable failing flight of each region, as a sample each."
-    text = campaign_text(spec, sets, ("require", "tune", "baselines"), "-failing", comment)
+    text = campaign_text(spec, sets, ("require", "laws", "tune", "baselines"), "-failing", comment)
     folder.write_text(rare_record.POINTS, "\n".join([head, *lines]) + "\n")
     folder.write_text(rare_record.FAILING, text)
 

@@ -101,6 +101,7 @@ def _properties(verdict: Verdict) -> dict[str, str]:
         "required": f"{verdict.limit:.12g}",
         "low": f"{verdict.low_bound:.12g}",
         "high": f"{verdict.high_bound:.12g}",
+        **({} if verdict.under is None else {name: str(value) for name, value in vars(verdict.under).items()}),
     } | ({} if verdict.rare is None else _of_rare(verdict.rare))
 
 

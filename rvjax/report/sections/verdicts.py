@@ -51,6 +51,11 @@ def _caption(requirements: Sequence[Requirement]) -> str:
     parts = list(dict.fromkeys(text for method, text in texts.items() if method in methods))
     if any(requirement.mean for requirement in requirements):
         parts.append("Mean: PASS if its confidence interval lies on the required side of the bound, FAIL if on the other side.")
+    if any(requirement.under for requirement in requirements):
+        parts.append(
+            "Under a law: judged by the samples that are independent samples of it, which the draws and a random number of a "
+            "stream of its own decide; the campaign named the law before it flew."
+        )
     one_sided = "UNDECIDED: neither; more samples are needed. Each bound is one-sided at the requirement's confidence."
     return " ".join([*parts, one_sided])
 
@@ -139,6 +144,7 @@ def requirement_words(run: Run, requirement: Requirement) -> str:
     """settling time: 95 % of samples below 200 s."""
     what = label(requirement.metric) + (f", {channel(requirement.channel)}" if requirement.channel else "")
     what += "".join(f", where {draw} {condition}" for draw, condition in requirement.where.items())
+    what += f", under {requirement.under}" if requirement.under else ""
     bound = requirement.bound
     if bound is None:
         return f"{what}: at least {percent(requirement.limit)} of samples"

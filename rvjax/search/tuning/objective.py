@@ -309,7 +309,7 @@ def needed(requirement: Requirement, fresh: int) -> float:
     def passes(share: float) -> bool:
         return float(verdict_chances(fresh, limit, requirement.confidence, share).passes) >= POWER
 
-    if requirement.mean or requirement.where or not passes(1.0):
+    if requirement.mean or requirement.where or requirement.under or not passes(1.0):
         return limit
     low, high = limit, 1.0
     while high - low > 1e-9:

@@ -148,8 +148,8 @@ def is_place(name: str) -> bool:
 
 
 ASIDE = (
-    *("audit", "baselines", "correlate", "description", "engine", "epistemic", "keep", "name", "precision", "require", "rvjax"),
-    *("sampler", "tune"),
+    *("audit", "baselines", "correlate", "description", "engine", "epistemic", "keep", "laws", "name", "precision", "require"),
+    *("rvjax", "sampler", "tune"),
 )
 """Parts of a campaign that no flight of a candidate depends on, or that all candidates have in common."""
 

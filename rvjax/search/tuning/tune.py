@@ -21,6 +21,7 @@ from scipy.stats import rankdata
 from rvjax.analysis.verdicts.folders import SEARCH
 from rvjax.campaign import Source, Spec, validate
 from rvjax.campaign.distribution_notation import did_you_mean
+from rvjax.campaign.named_laws import LAWS
 from rvjax.campaign.plain_values import describe
 from rvjax.campaign.python_files import PythonFile
 from rvjax.campaign.tuning import Tuning
@@ -237,6 +238,8 @@ def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
     settings["parameters"] = {name: repr(parameter) for name, parameter in tuning.parameters.items()}
     settings["method"] = {"use": tuning.method.use, **tuning.method.parameters}
     settings["require"] = [requirement.model_dump(mode="json") for requirement in spec.require]
+    if spec.laws:
+        settings[LAWS] = dict(spec.laws)
     settings["fresh"] = _samples(spec)  # decides which shares are needed
     if isinstance(tuning.method.use, PythonFile):
         settings["code"] = tuning.method.use.digests

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rvjax.analysis.densities import Law, log_density
+from rvjax.campaign.plain_values import is_list
+from rvjax.stats.densities import Law, log_density, ratio
 from rvjax.stats.random_streams import uniforms
 from rvjax.stats.reweighting import kept
 
@@ -76,21 +77,46 @@ class OtherLaw:
         """(n,) which samples thinning keeps. samples: their numbers."""
         return kept(self.log_weights(drawn), self.log_sup, uniforms(self.seed, STREAM, samples)[:, 0])
 
-    def record(self) -> dict[str, Any]:
-        """Plain values, for a JSON document."""
-        changes = [
-            {
-                "draws": list(change.draws),
-                "old": _law_record(change.old),
-                "new": _law_record(change.new),
-                "log_sup": change.log_sup,
-                "beyond": change.beyond,
-            }
+    def possible(self, drawn: Mapping[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+        """(n,) which draws the other law has."""
+        return self.log_weights(drawn) > -np.inf
+
+    def laws(self) -> list[dict[str, Any]]:
+        """The laws alone as plain values, which determine the rest: for `OtherLaw.of`."""
+        return [
+            {"draws": list(change.draws), "old": _law_record(change.old), "new": _law_record(change.new)}
             for change in self.changes
         ]
-        return {"seed": self.seed, "changes": changes}
+
+    @classmethod
+    def of(cls, laws: Sequence[Mapping[str, Any]], seed: int) -> OtherLaw:
+        """The inverse of `laws`. ValueError, TypeError or KeyError where these are no laws."""
+        changes: list[Change] = []
+        for item in laws:
+            old, new = _law_of(item["old"]), _law_of(item["new"])
+            changes.append(Change(tuple(map(str, item["draws"])), old, new, *ratio(old, new)))
+        return cls(tuple(changes), seed)
+
+    def record(self) -> dict[str, Any]:
+        """Plain values, for a JSON document."""
+        numbers = [{"log_sup": change.log_sup, "beyond": change.beyond} for change in self.changes]
+        return {"seed": self.seed, "changes": [laws | more for laws, more in zip(self.laws(), numbers, strict=True)]}
 
 
 def _law_record(law: Any) -> dict[str, Any]:
-    parameters = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(law).items()}
-    return {"law": type(law).__name__, **parameters}
+    """The name of a law and its parameters; an infinite one as text, since JSON has none."""
+
+    def plain(value: Any) -> Any:
+        return [*value] if isinstance(value, tuple) else str(value) if value in (math.inf, -math.inf) else value
+
+    return {"law": type(law).__name__, **{name: plain(value) for name, value in asdict(law).items()}}
+
+
+def _law_of(record: Mapping[str, Any]) -> Law:
+    """The inverse of `_law_record`, for laws with a density."""
+    kinds = {kind.__name__: kind for kind in log_density.registry if kind is not object}
+
+    def parameter(value: Any) -> Any:
+        return tuple(value) if is_list(value) else float(value) if isinstance(value, str) else value
+
+    return kinds[record["law"]](**{name: parameter(value) for name, value in record.items() if name != "law"})

@@ -6,29 +6,31 @@ its draws alone, with other weights. Whatever else differs needs flights of its 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
-from typing import Any, cast
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any, cast
 
-from rvjax.analysis.densities import ratio
-from rvjax.analysis.other_laws import Change, OtherLaw
 from rvjax.campaign import Model, Quantity
 from rvjax.campaign.choice import Choice
 from rvjax.campaign.law_words import in_words
 from rvjax.campaign.overrides import value_at
-from rvjax.campaign.plain_values import Place, is_list, is_mapping
+from rvjax.campaign.plain_values import Place, dotted, is_list, is_mapping
 from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import CampaignError, Finding
-from rvjax.simulation.problem import Part, Problem
+from rvjax.stats.densities import ratio
+from rvjax.stats.other_laws import Change, OtherLaw
 from rvjax.stats.reweighting import MOST_BEYOND
 from rvjax.stats.sampling_design import Independent
 
-WITHOUT_EFFECT = {"name", "description", "engine", "baselines", "require", "keep", "audit", "tune", "epistemic"}
+if TYPE_CHECKING:
+    from rvjax.simulation.problem import Part, Problem
+
+WITHOUT_EFFECT = {"name", "description", "engine", "baselines", "require", "keep", "audit", "tune", "epistemic", "laws"}
 """Sections that change neither draws nor flights."""
 
 
 @dataclass(frozen=True)
-class _Numbers:
+class Numbers:
     """A quantity of a campaign, and where it stands."""
 
     quantity: Quantity
@@ -42,8 +44,8 @@ def followers(old: Problem, new: Problem) -> list[str]:
     more than numbers differs."""
     if _structure_of(old) != _structure_of(new):
         return []
-    before, found = _numbers_of(old), list[str]()
-    for name, now in _numbers_of(new).items():
+    before, found = numbers_of(old), list[str]()
+    for name, now in numbers_of(new).items():
         then = before.get(name)
         if then is None or not (then.quantity.is_fixed and now.quantity.is_fixed) or then.quantity.parts == now.quantity.parts:
             continue
@@ -53,13 +55,12 @@ def followers(old: Problem, new: Problem) -> list[str]:
     return found
 
 
-def other_law(old: Problem, new: Problem, fresh: str, overrides: Sequence[str] = ()) -> OtherLaw:
-    """The laws of `new`, for the samples of `old`. fresh: the command that flies `new`; overrides: `place=value` that make `new`,
-    for messages.
+def other_law(old: Problem, new: Problem, anchor: Anchor) -> OtherLaw:
+    """The laws of `new`, for the samples of `old`. anchor: how findings say where, and what else can be done.
 
     CampaignError with every finding: whatever differs and is not the law of a draw, and laws without a ratio.
     """
-    check = _Check(old, new, fresh, overrides)
+    check = _Check(old, new, anchor)
     findings = [*check.independence(), *check.structure()]
     changes: list[Change] = []
     if not findings:
@@ -69,7 +70,7 @@ def other_law(old: Problem, new: Problem, fresh: str, overrides: Sequence[str] =
             else:
                 findings.append(item)
     if not findings and not changes:
-        findings.append(check.finding((), "no law of a draw changes", "accepted: another law of a draw", run=False))
+        findings.append(check.finding((), "no law of a draw changes", "accepted: another law of a draw", instead=False))
     law = OtherLaw(tuple(changes), old.spec.seed)
     if not findings and law.beyond > MOST_BEYOND:
         message = f"{100 * law.beyond:.3g} % of the draws would be where the run has none"
@@ -79,28 +80,37 @@ def other_law(old: Problem, new: Problem, fresh: str, overrides: Sequence[str] =
     return law
 
 
-class _Check:
-    def __init__(self, old: Problem, new: Problem, fresh: str, overrides: Sequence[str]) -> None:
-        self.old, self.new, self.fresh, self.overrides = old, new, fresh, overrides
-        self.source = new.spec.source
+@dataclass(frozen=True)
+class Anchor:
+    """How findings about other laws read. places: by each changed place its `file:line:column` and what stands in front of a
+    finding there; instead: what else can be done, behind what is accepted."""
 
-    def finding(self, place: Place, message: str, accepted: str, run: bool = True) -> Finding:
-        """A finding about the new campaign, with the command for a fresh run."""
-        found = self.source.finding(place, message, f"{accepted}; or a fresh run: {self.fresh}" if run else accepted)
-        if not self.overrides:
-            return found
-        wanted = found.path.split(".")
+    places: Mapping[str, tuple[str, str]]
+    instead: str
+
+    def finding(self, place: Place, message: str, accepted: str, instead: bool = True) -> Finding:
+        """A finding at the changed place that is most like a place of the campaign."""
+        wanted = dotted(place).split(".")
 
         def alike(item: str) -> int:
-            return sum(a == b for a, b in zip(item.partition("=")[0].split("."), wanted, strict=False))
+            return sum(a == b for a, b in zip(item.split("."), wanted, strict=False))
 
-        return Finding(f"--set {max(self.overrides, key=alike)}", found.path, found.found, found.accepted)
+        nearest = max(self.places, key=alike)
+        where, label = self.places[nearest]
+        ending = f"{accepted}; {self.instead}" if instead and self.instead else accepted
+        return Finding(where, dotted(place) or nearest, f"{label}: {message}", ending)
+
+
+class _Check:
+    def __init__(self, old: Problem, new: Problem, anchor: Anchor) -> None:
+        self.old, self.new, self.finding = old, new, anchor.finding
 
     def independence(self) -> Iterator[Finding]:
         """A finding if the samples are no independent draws of the old laws."""
         if not isinstance(sampling_design_of(self.old.spec), Independent):
             message = f"samples of {self.old.spec.sampler.use} are not independent"
-            yield self.finding(("sampler",), message, "accepted: a run with sampler: {use: monte-carlo}")
+            found = self.finding(("sampler",), message, "accepted: a run with sampler: {use: monte-carlo}")
+            yield replace(found, where=self.old.spec.source.where(("sampler",), key=True))
 
     def structure(self) -> Iterator[Finding]:
         """A finding for each section that differs in more than the numbers of its quantities."""
@@ -113,7 +123,7 @@ class _Check:
 
     def numbers(self) -> Iterator[Change | Finding]:
         """The changed laws, or what keeps them from being used."""
-        before, after = _numbers_of(self.old), _numbers_of(self.new)
+        before, after = numbers_of(self.old), numbers_of(self.new)
         for name, new in after.items():
             old = before[name]
             if old.quantity.joint is not None or new.quantity.joint is not None:
@@ -128,7 +138,7 @@ class _Check:
                 if a != b:
                     yield self._component(component, a, b, new)
 
-    def _component(self, name: str, old: Any, new: Any, where: _Numbers) -> Change | Finding:
+    def _component(self, name: str, old: Any, new: Any, where: Numbers) -> Change | Finding:
         if not old.uniforms:
             noise = where.part is not None and where.part.noisy
             what = "is the size of noise in flight" if noise else "was fixed in the run"
@@ -137,16 +147,9 @@ class _Check:
             return self.finding(where.place, f"{name} would be fixed", "accepted: a law with a density, such as a narrow uniform")
         return self._change(name, (name,), old, new, where)
 
-    def _change(self, name: str, draws: tuple[str, ...], old: Any, new: Any, where: _Numbers) -> Change | Finding:
-        dispersions = self.old.dispersions
-        if any(name in group.names for group in dispersions.groups):
-            return self.finding(where.place, f"{name} is correlated with others", "accepted: draws outside of correlate")
-        if any(set(draws) & retry.draws for retry in dispersions.retries):
-            message = f"{name} is redrawn if a body is unphysical (reject), and the accepted share of the new law is unknown"
-            return self.finding(where.place, message, "accepted: draws that are not redrawn")
-        if where.part is not None and where.part.schedule is not None:
-            message = f"{name} belongs to a fault with a schedule, whose table has only the onsets that take place"
-            return self.finding(where.place, message, "accepted: draws of faults without a schedule")
+    def _change(self, name: str, draws: tuple[str, ...], old: Any, new: Any, where: Numbers) -> Change | Finding:
+        if (obstacle := hindrance(self.old, name, draws, where)) is not None:
+            return self.finding(where.place, f"{name} {obstacle[0]}", obstacle[1])
         try:
             found = ratio(old, new)
         except TypeError as error:
@@ -155,20 +158,34 @@ class _Check:
         return Change(draws, old, new, found.log_sup, found.beyond)
 
 
+def hindrance(problem: Problem, name: str, draws: tuple[str, ...], numbers: Numbers) -> tuple[str, str] | None:
+    """Why samples say nothing about another law of a variable, and what is accepted; None where they do. draws: its numbers."""
+    dispersions = problem.dispersions
+    if any(name in group.names for group in dispersions.groups):
+        return "is correlated with others", "accepted: draws outside of correlate"
+    if any(set(draws) & retry.draws for retry in dispersions.retries):
+        message = "is redrawn if a body is unphysical (reject), and the accepted share of the new law is unknown"
+        return message, "accepted: draws that are not redrawn"
+    if numbers.part is not None and numbers.part.schedule is not None:
+        message = "belongs to a fault with a schedule, whose table has only the onsets that take place"
+        return message, "accepted: draws of faults without a schedule"
+    return None
+
+
 def _parts(problem: Problem) -> Iterator[Part]:
     """Every component with numbers."""
     yield from (problem.controller, problem.guidance, *problem.faults, *problem.disturbances, *problem.navigation)
     yield from (*problem.actuation, *problem.effects, *problem.chosen)
 
 
-def _numbers_of(problem: Problem) -> dict[str, _Numbers]:
+def numbers_of(problem: Problem) -> dict[str, Numbers]:
     """Every quantity by its name."""
-    found = {name: _Numbers(quantity, tuple(name.split("."))) for name, quantity in problem.spec.quantities().items()}
+    found = {name: Numbers(quantity, tuple(name.split("."))) for name, quantity in problem.spec.quantities().items()}
     for part in _parts(problem):
         assert part.parameters is not None
         for name, quantity in part.parameters.quantities(part.prefix).items():
             below = name.removeprefix(f"{part.prefix}.").split(".")
-            found[name] = _Numbers(part.quantities.get(".".join(below), quantity), (*part.place, *below), part)
+            found[name] = Numbers(part.quantities.get(".".join(below), quantity), (*part.place, *below), part)
     return found
 
 
