@@ -10,6 +10,7 @@ import typer
 
 from rvjax.cli._app import Folder, Json, Quiet, Sets
 from rvjax.cli._output import Output
+from rvjax.cli._slopes import show_slopes
 from rvjax.errors import UsageError
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ def command(
     *,
     sets: Sets = None,
     law: Annotated[str | None, typer.Option("--law", metavar="NAME", help="A law that the campaign names.")] = None,
+    slopes: Annotated[bool, typer.Option("--slopes", help="How failures change with every parameter of the laws.")] = False,
+    shown: Annotated[int, typer.Option("--show", min=1, metavar="N", help="Slopes shown for each requirement, up to N.")] = 10,
     confidence: Annotated[float, typer.Option("--confidence", min=0.5, max=0.9999, help="Of the intervals.")] = 0.95,
     as_json: Json = False,
     quiet: Quiet = False,
@@ -33,8 +36,13 @@ def command(
     from rvjax.execution.reweigh import reweigh
 
     output = Output(as_json, quiet)
+    if slopes:
+        if sets or law is not None:
+            raise UsageError("reweigh: --slopes with other laws; accepted: --slopes alone, which is about the laws of the run")
+        show_slopes(folder, confidence, shown, output)
+        return 0
     if not sets and law is None:
-        accepted = "--set PATH=LAW, such as --set 'pursuer.mass_kg={uniform: [90, 110]}', or --law NAME"
+        accepted = "--set PATH=LAW, such as --set 'pursuer.mass_kg={uniform: [90, 110]}', --law NAME or --slopes"
         raise UsageError(f"reweigh: no other law; accepted: {accepted}")
     if sets and law is not None:
         raise UsageError("reweigh: both --set and --law; accepted: one of them")

@@ -8,7 +8,7 @@ DRIVERS = "analysis/drivers.py"
 DENSITIES, LAWS = "stats/densities.py", "stats/other_laws.py"
 GROUPS = "search/sensitivity.py"
 CHECKS, REWEIGH, NAMED = "simulation/law_checks.py", "execution/reweigh.py", "simulation/named_laws.py"
-COMPLIANCE, FOLDERS = "analysis/verdicts/compliance.py", "analysis/verdicts/folders.py"
+COMPLIANCE, SLOPES = "analysis/verdicts/compliance.py", "stats/slopes.py"
 UNDER = "reweigh/test_under.py"
 RANKS, FREEZE, WEIGHTS = "stats/rank_dependence.py", "stats/pick_freeze.py", "stats/reweighting.py"
 
@@ -220,6 +220,62 @@ MUTANTS = (
         "if folder.requested < problem.spec.samples:",
         "if False:",
         "reweigh/test_reweigh.py::test_a_run_that_stopped_when_it_was_decided",
+    ),
+    Mutant(
+        "curves: bars of one draw alone",
+        "report/sections/epistemic.py",
+        "each = 1.0 - (1.0 - CONFIDENCE) / len(names)",
+        "each = CONFIDENCE",
+        "report/test_epistemic.py::test_the_curves_are_the_classes_with_bars_for_all",
+    ),
+    Mutant(
+        "slopes: a score that is not centred",
+        SLOPES,
+        "terms = (y - float(y.mean())) * s",
+        "terms = y * s",
+        "stats/test_slopes.py::test_they_are_the_difference_of_other_weights",
+    ),
+    Mutant(
+        "slopes: one side of the difference",
+        SLOPES,
+        "for side in (1.0, -1.0))  # pyright",
+        "for side in (1.0, 0.0))  # pyright",
+        "stats/test_slopes.py::test_scores_are_their_closed_forms",
+    ),
+    Mutant(
+        "slopes: the outer share against all",
+        SLOPES,
+        "for part in (outside, ~outside)",
+        "for part in (outside, outside | True)",
+        "stats/test_slopes.py::test_ends_have_exact_secants",
+    ),
+    Mutant(
+        "slopes: a tenth of the width",
+        SLOPES,
+        "cut = float(law.ppf(OUTER))",
+        "cut = law.low + OUTER * (law.high - law.low)",
+        "stats/test_slopes.py::test_ends_have_exact_secants",
+    ),
+    Mutant(
+        "slopes: normal intervals of a handful",
+        SLOPES,
+        "if few < FEWEST_OF_EACH:",
+        "if few < 0:",
+        "stats/test_slopes.py::test_what_has_no_slope",
+    ),
+    Mutant(
+        "slopes: bounds of one row",
+        "execution/slopes.py",
+        "(1.0 - confidence) / sum(len(parameters(law)) for _, law in laws.values())",
+        "(1.0 - confidence)",
+        "reweigh/test_slopes_of_run.py::test_a_slope_is_that_of_the_table",
+    ),
+    Mutant(
+        "slopes: correlated draws",
+        "execution/slopes.py",
+        "if obstacle is not None:",
+        "if False:",
+        "reweigh/test_slopes_of_run.py::test_what_is_left_out_is_named",
     ),
     Mutant(
         "groups: one joins the section of its name",

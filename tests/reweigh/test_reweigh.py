@@ -178,6 +178,9 @@ def test_samples_of_a_plan_are_refused(tmp_path: Path, rvjax: Run) -> None:
     code, _, said = rvjax("reweigh", folder, "--set", REMAINING)
     assert code == 2
     assert "samples of latin-hypercube are not independent; accepted: a run with sampler: {use: monte-carlo}" in said
+    code, _, said = rvjax("reweigh", folder, "--slopes")
+    assert code == 2
+    assert "samples of latin-hypercube are not independent; accepted: sampler: {use: monte-carlo}" in said
 
 
 def test_a_run_that_stopped_when_it_was_decided(tmp_path: Path, rvjax: Run) -> None:
@@ -190,6 +193,9 @@ def test_a_run_that_stopped_when_it_was_decided(tmp_path: Path, rvjax: Run) -> N
     assert code == 2
     assert f"{tmp_path / 'run' / 'campaign.yaml'}:3:10: samples: the run stopped after " in said
     assert "a fresh run: rvjax run " in said
+    code, _, said = rvjax("reweigh", tmp_path / "run", "--slopes")
+    assert code == 2
+    assert "samples: the run stopped after " in said
 
 
 def test_without_a_law(folder: Path, rvjax: Run) -> None:

@@ -16,6 +16,7 @@ from rvjax.report.sections import (
     dispersions,
     drivers,
     envelopes,
+    epistemic,
     evidence,
     other_metrics,
     provenance,
@@ -43,6 +44,7 @@ SECTIONS: tuple[Callable[[Run], Section | None], ...] = (
     worst.section,
     drivers.section,
     which_draws.section,
+    epistemic.section,
     dispersions.section,
     provenance.section,
 )
