@@ -8,7 +8,7 @@ that is not a number counts as the worst value.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -31,6 +31,9 @@ AT_ONCE = 40
 WORST = 10
 """The number of worst samples that are kept whole; more if the campaign keeps more of their flights."""
 
+FAILURES = 2_048
+"""The largest number of failed samples behind the first chunks that are kept whole: those with the smallest numbers."""
+
 PERCENTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Percentiles of the settling time whose flights a campaign may keep."""
 
@@ -51,6 +54,7 @@ class Totals:
         self._worst = pd.DataFrame()
         self._head: list[pd.DataFrame] = []
         self._failed: list[NDArray[np.int64]] = []
+        self._failures: list[pd.DataFrame] = []
         self._waiting: list[pd.DataFrame] = []
 
     def add(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
@@ -61,6 +65,8 @@ class Totals:
         self._ledger.add(chunk, frame, columns)
         if chunk < HEAD:
             self._head.append(frame)
+        else:
+            self._keep_failures([frame.iloc[np.flatnonzero(frame["outcome"] != "captured")]])
         self._waiting.append(frame)
         if len(self._waiting) >= AT_ONCE:
             self._take_in()
@@ -99,6 +105,12 @@ class Totals:
         worst = pd.concat([self._worst, rows], ignore_index=True) if len(self._worst) else rows
         self._worst = worst.iloc[worst_first(worst, self.columns)[: self._most]].reset_index(drop=True)
 
+    def _keep_failures(self, frames: Iterable[pd.DataFrame]) -> None:
+        """Adds failed samples, and keeps those with the smallest numbers."""
+        self._failures += [frame for frame in frames if len(frame)]
+        if sum(map(len, self._failures)) > 2 * FAILURES:
+            self._failures = [self.failures]
+
     def merge(self, other: Totals) -> None:
         """Adds the samples of other totals, which must not be changed afterwards. The result is the same, bit for bit, as if all
         chunks had been added here. Errors as in `add`; then nothing has changed. ValueError if the others keep other flights.
@@ -116,6 +128,7 @@ class Totals:
         self._lost.merge(other._lost)
         self._failed += other._failed
         self._head += other._head
+        self._keep_failures(other._failures)
         if len(other._worst):
             self._keep_worst(other._worst)
 
@@ -131,6 +144,7 @@ class Totals:
             "failed": Record.of_numbers({"sample": self.failed}),
             "worst": Record.of_frame(self.worst),
             "head": Record.of_frame(self.head),
+            "failures": Record.of_frame(self.failures),
         }
         return Record.joined(parts)
 
@@ -148,6 +162,7 @@ class Totals:
         totals._failed = [record.part("failed").numbers("sample")]
         totals._worst, head = record.part("worst").frame(), record.part("head").frame()
         totals._head = [head] if len(head) else []
+        totals._keep_failures([record.part("failures").frame()])
         if any(sketch.n != totals.n for sketch in totals._sketches.values()):
             raise ValueError(f"a metric of another number of samples than {totals.n}")
         uncaptured = totals.n - totals.counts["captured"] if totals.keep.failed else 0
@@ -202,6 +217,14 @@ class Totals:
         if not self._head:
             return self.worst.iloc[:0]
         return pd.concat(self._head, ignore_index=True).sort_values("sample", ignore_index=True)
+
+    @property
+    def failures(self) -> pd.DataFrame:
+        """The rows of the failed samples behind the first chunks, in the order of the samples, at most `FAILURES`."""
+        if not self._failures:
+            return self.worst.iloc[:0]
+        rows = pd.concat(self._failures, ignore_index=True) if len(self._failures) > 1 else self._failures[0]
+        return rows.sort_values("sample", ignore_index=True).iloc[:FAILURES]
 
     @property
     def failed(self) -> NDArray[np.int64]:

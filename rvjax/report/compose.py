@@ -11,6 +11,7 @@ from rvjax.places import Place
 from rvjax.report import html, markdown, tuning_report
 from rvjax.report.blocks import Headline, Number, Section
 from rvjax.report.figures import render
+from rvjax.report.interactive.page_parts import interactive
 from rvjax.report.run_view import Run, open_run
 from rvjax.report.sections import sections
 from rvjax.report.sections.verdicts import headline
@@ -42,7 +43,7 @@ def write(folder: RunFolder, run: Run, timings: Callable[[], Mapping[str, Any]] 
     if run.extract is not None:
         folder.write_bytes(verdict_columns.NAME, run.extract)
     folder.write_text("report.md", markdown.page(top, shown))
-    page = folder.write_text("report.html", html.page(top, shown, pictures))
+    page = folder.write_text("report.html", html.page(top, shown, pictures, interactive(folder, run, shown)))
     if timings is not None:
         folder.keep_timings(timings())
     folder.write_summary(summary(run, top, shown) | folder.timings)

@@ -13,7 +13,8 @@ A fault that ends before the flight counts as 1. An intermittent fault counts wi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from rvjax.campaign import Model, Quantity, channels
-from rvjax.campaign.actuators import Thrusters
+from rvjax.campaign.actuators import AnyActuators, Thrusters
 from rvjax.columns import CHANNELS, draw_column
 
 if TYPE_CHECKING:
@@ -72,13 +73,31 @@ def _remaining(fault: Choice, head: pd.DataFrame, channel: str, end_s: float) ->
     return np.where((onset < end_s) & (onset + duration >= end_s), left, np.ones(len(head)))
 
 
-def _fixed(parameters: Mapping[str, Any], channel: str) -> dict[str, float]:
-    """The fixed numbers of a channel, by name. Drawn ones are columns of the table."""
+def times(fault: Choice, row: Mapping[str, Any], actuators: AnyActuators) -> list[tuple[str, float, float]]:
+    """(actuator, onset, duration) in s of every actuator of a sample that a fault affects; an infinite onset: it never begins.
+
+    An intermittent fault counts as a whole.
+    """
+    known = actuators.geometry.names if isinstance(actuators, Thrusters) else CHANNELS
+    listed = fault.parameters.get("channels", "all")
+    found: list[tuple[str, float, float]] = []
+    for name in (name for name in known if listed == "all" or name in listed):
+        fixed = _fixed(fault.parameters, name, known)
+        onset, duration = (
+            float(row.get(draw_column(f"{fault.prefix}.{part}.{name}"), fixed.get(part, math.inf)))
+            for part in ("onset_s", "duration_s")
+        )
+        found.append((name, onset, duration))
+    return found
+
+
+def _fixed(parameters: Mapping[str, Any], channel: str, actuators: Sequence[str] = CHANNELS) -> dict[str, float]:
+    """The fixed numbers of an actuator, by name. Drawn ones are columns of the table."""
     known = {key: value for key, value in parameters.items() if key in _Written.model_fields}
     try:
-        written = _Written.model_validate(known, context={"actuators": CHANNELS})
+        written = _Written.model_validate(known, context={"actuators": tuple(actuators)})
     except ValidationError:  # a distribution that names a file: its draws are columns
         return {}
-    place, names = CHANNELS.index(channel), ("onset_s", "duration_s", "remaining", "loss")
+    place, names = actuators.index(channel), ("onset_s", "duration_s", "remaining", "loss")
     given = {name: quantity for name in names if isinstance(quantity := getattr(written, name), Quantity)}
     return {name: quantity.supports[place][0] for name, quantity in given.items()}

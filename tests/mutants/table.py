@@ -19,6 +19,7 @@ from tests.mutants import (
     product_table,
     propellant_table,
     rare_table,
+    replay_table,
     scene_table,
     sensors_table,
     start_table,
@@ -46,5 +47,6 @@ MUTANTS: tuple[Mutant, ...] = (
     *start_table.MUTANTS,
     *guidance_table.MUTANTS,
     *rare_table.MUTANTS,
+    *replay_table.MUTANTS,
     *which_table.MUTANTS,
 )

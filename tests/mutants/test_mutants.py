@@ -47,10 +47,11 @@ def run(folder: Path, killers: list[str]) -> subprocess.CompletedProcess[str]:
 
 @each_mutant
 def test_table(mutant: Mutant) -> None:
-    """The old text stands in its file exactly once, the new text is Python, the killer exists."""
+    """The old text stands in its file exactly once, the new text of a Python file is Python, the killer exists."""
     source = (ROOT / "rvjax" / mutant.file).read_text(encoding="utf-8")
     assert source.count(mutant.old) == 1
-    ast.parse(source.replace(mutant.old, mutant.new))
+    if mutant.file.endswith(".py"):
+        ast.parse(source.replace(mutant.old, mutant.new))
     file, test = mutant.killer.split("::")
     tests = ast.parse((ROOT / "tests" / file).read_text(encoding="utf-8"))
     assert any(isinstance(node, ast.FunctionDef) and node.name == test for node in tests.body)
