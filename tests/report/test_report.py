@@ -112,7 +112,7 @@ def test_page_needs_nothing_beside_itself(report: Path) -> None:
 
 
 def test_hostile_texts_inject_nothing(made: Make, tmp_path: Path, svg_only: Within) -> None:
-    """Mutation killed: autoescape off, or text of the campaign in a figure as markup."""
+    """Mutation killed: autoescape off, text of the campaign in a figure as markup, or data that can end their element."""
     require = f"\n  - {{metric: captured, at_least: 0.9, name: {json.dumps(HOSTILE, ensure_ascii=False)}}}\n"
     description = json.dumps(HOSTILE, ensure_ascii=False)
     folder = made(tmp_path / "<b>&'run'", 40, require=require, description=description)
@@ -127,6 +127,9 @@ def test_hostile_texts_inject_nothing(made: Make, tmp_path: Path, svg_only: With
     assert page.elements["title"] == page.elements["html"] == page.elements["h1"] == 1
     assert not {name for name, _ in page.attributes if name.startswith("on")}
     assert page.text.count("</title><script>alert(1)</script><img src=x onerror=alert(1)>") >= 2
+    data = re.findall(r'type="application/json">(.*?)</script>', text, re.DOTALL)
+    assert len(data) == 2
+    assert not set("".join(data)) & set("<>&")  # the path of the folder is in it
     markdown = (folder / "report.md").read_text()
     assert not re.search(r"<(?!br>)", re.sub(r"`[^`\n]*`", "", markdown))
 
