@@ -26,7 +26,7 @@ HOSTILE = """</title><script>alert(1)</script><img src=x onerror=alert(1)> "'`|]
 
 
 class Page(HTMLParser):
-    """Counts elements, and keeps attributes and the visible text."""
+    """Counts elements, and keeps attributes and the visible text, without scripts and data."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -40,7 +40,8 @@ class Page(HTMLParser):
         self.attributes += [(name, value or "") for name, value in attrs]
 
     def handle_data(self, data: str) -> None:
-        self.words.append(data)
+        if self.cdata_elem != "script":
+            self.words.append(data)
 
     @property
     def text(self) -> str:
