@@ -136,6 +136,7 @@ def test_an_address_opens_the_instant_and_follows_it(page: Browser, browser: Bro
     assert "rvjax replay '" in message  # the quote in the path is quoted
     assert f"{str(folder).replace(chr(39), chr(39) + chr(34) + chr(39) + chr(34) + chr(39))}' --sample 5" in message
     assert page.run("rvjax.shown.flight.about.sample") == 4
+    page.wait("Math.abs(document.getElementById('replay').getBoundingClientRect().top) < 2")
 
 
 def test_keys_play_step_and_change_the_speed(page: Browser) -> None:

@@ -149,7 +149,7 @@ rvjax.controls = (() => {
       const wanted = address();
       if (wanted === null) return false;
       const kept = await this.open(wanted.sample, wanted.t);
-      if (scroll) at("replay").scrollIntoView({ block: "start" });
+      if (scroll) at("replay").scrollIntoView({ block: "start", behavior: "instant" });
       return kept;
     }
 

@@ -24,7 +24,7 @@
   const read = new rvjax.samples.Samples(samples, await rvjax.blocks.read("samples-data", samples.block));
   const opened = async (sample) => {
     const kept = controls !== null && (await controls.open(sample, 0));
-    if (kept) at("replay").scrollIntoView({ block: "start" });
+    if (kept) at("replay").scrollIntoView({ block: "start", behavior: "instant" });
     return kept;
   };
   const command = (sample) => rvjax.controls.command(samples.folder, sample);
