@@ -16,8 +16,8 @@ rvjax.controls = (() => {
   };
 
   /* {sample, t} of `#sample=17&t=83.2`; null of any other address. */
-  const address = () => {
-    const found = /^#sample=(\d+)(?:&t=([0-9.eE+]+))?$/.exec(location.hash);
+  const address = (hash = location.hash) => {
+    const found = /^#sample=(\d+)(?:&t=([0-9.eE+]+))?$/.exec(hash);
     return found === null ? null : { sample: Number(found[1]), t: found[2] === undefined ? 0 : Number(found[2]) || 0 };
   };
 
@@ -60,7 +60,7 @@ rvjax.controls = (() => {
       on("farther", "click", () => this._nearer(0.8));
       on("link", "click", () => this._copy());
       on("replay", "keydown", (event) => this._key(event));
-      window.addEventListener("hashchange", () => this.follow(true));
+      window.addEventListener("hashchange", (event) => this.follow(true, new URL(event.newURL).hash));
     }
 
     _nearer(factor) {
@@ -145,9 +145,11 @@ rvjax.controls = (() => {
     }
 
     /* Opens what the address says. */
-    async follow(scroll) {
-      const wanted = address();
+    async follow(scroll, hash) {
+      const wanted = address(hash);
       if (wanted === null) return false;
+      clearTimeout(this.later); /* of the instant before: the address is newer */
+      this.later = null;
       const kept = await this.open(wanted.sample, wanted.t);
       if (scroll) at("replay").scrollIntoView({ block: "start", behavior: "instant" });
       return kept;
