@@ -34,8 +34,8 @@ def copy_to(folder: Path) -> Path:
 
 
 def run(folder: Path, killers: list[str]) -> subprocess.CompletedProcess[str]:
-    """pytest on some tests of the copy; PYTHONPATH puts the copy before whatever is installed. It is no worker of this session, and
-    so shares no fixture with the copies of other mutants."""
+    """pytest on some tests of the copy; PYTHONPATH puts the copy before whatever is installed. It is no worker of this session,
+    and so shares no fixture with the copies of other mutants."""
     inherited = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_XDIST")}
     return subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-x", "--slow", *(f"tests/{killer}" for killer in killers)],
