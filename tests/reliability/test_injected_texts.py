@@ -12,6 +12,7 @@ from functools import lru_cache
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 from xml.etree import ElementTree
 
 import numpy as np
@@ -24,11 +25,13 @@ from rvjax.errors import FolderError, IncompleteError
 from rvjax.report import build, html, markdown
 from rvjax.report.blocks import Code, Drawing, Headline, Mark, Named, Section, Table
 from rvjax.report.figures import Picture
+from rvjax.report.interactive.page_parts import SCRIPTS, script
 from rvjax.report.number_format import label
 from rvjax.report.plotting import axes
 from rvjax.run_folder import Audited, Column, RunDescription, RunFolder
 from tests.program import Run
 from tests.reliability.texts import PATHS, harmless, printable, quoted, texts
+from tests.report.browser import Browser, executable
 from tests.report.conftest import make
 
 Shape = Counter[tuple[str, tuple[str, ...]]]
@@ -46,7 +49,7 @@ FOLDERS = (
 
 
 class Page(HTMLParser):
-    """What is in a page: elements outside of figures, kinds of elements within, references, and words."""
+    """What is in a page: elements outside of figures, kinds of elements within, references, words, and scripts that run."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -54,6 +57,9 @@ class Page(HTMLParser):
         self.drawn: set[tuple[str, tuple[str, ...]]] = set()
         self.references: list[str] = []
         self.words: list[str] = []
+        self.scripts: list[str] = []
+        self.policy = ""
+        self.runs = False
         self.depth = 0
         self.feed(text)
         self.close()
@@ -65,10 +71,15 @@ class Page(HTMLParser):
             self.drawn.add(element)
         else:
             self.shape[element] += 1
+        given = dict(attrs)
+        self.runs = tag == "script" and "type" not in given
+        self.scripts += [""] * self.runs
+        self.policy += (given.get("content") or "") if given.get("http-equiv") == "Content-Security-Policy" else ""
         self.references += [value or "" for name, value in attrs if name in ("href", "src", "action", "data", "xlink:href")]
 
     def handle_endtag(self, tag: str) -> None:
         self.depth -= tag == "svg"
+        self.runs = self.runs and tag != "script"
 
     def handle_comment(self, data: str) -> None:
         self.shape[("!--", (data,))] += 1
@@ -83,7 +94,10 @@ class Page(HTMLParser):
         self.shape[("?", (data,))] += 1
 
     def handle_data(self, data: str) -> None:
-        self.words.append(data)
+        if self.runs:
+            self.scripts[-1] += data
+        elif self.cdata_elem != "script":
+            self.words.append(data)
 
     @property
     def text(self) -> str:
@@ -95,7 +109,9 @@ def check_page(found: Page, twin: Page) -> None:
     assert found.shape == twin.shape, found.shape - twin.shape
     assert found.drawn <= twin.drawn, found.drawn - twin.drawn
     everything = found.shape.keys() | found.drawn
-    assert not {tag for tag, _ in everything} & {"script", "iframe", "object", "embed", "img", "image", "link", "base", "form"}
+    assert found.scripts == twin.scripts in ([], [script(name) for name in SCRIPTS])
+    assert found.policy == twin.policy
+    assert not {tag for tag, _ in everything} & {"iframe", "object", "embed", "img", "image", "link", "base", "form"}
     assert not {name for _, names in everything for name in names if name.startswith("on") or name in ("src", "srcdoc")}
     assert all(re.fullmatch("#[a-zA-Z][a-zA-Z0-9-]*", value) for value in found.references)
 
@@ -222,6 +238,14 @@ def test_a_report_of_hostile_texts_is_one_of_words(tmp_path: Path, rvjax: Run, f
     page, like = (Page((folder / "report.html").read_bytes().decode()) for folder in (hostile, twin))
     check_page(page, like)
     assert [text for text in given if text not in page.text] == []
+    if executable() is not None:
+        with Browser(tmp_path / "profile") as browser:  # an alert would stop it
+            browser.open(hostile / "report.html")
+            assert browser.console == []
+            assert [urlsplit(url).scheme for url in browser.requests] == ["file"]
+            shape = "[...document.querySelectorAll('body *')].map((e) => e.tagName)"
+            elements = browser.run(f"{shape}.filter((name) => /^(iframe|object|embed|img|link|base|form|meta)$/i.test(name))")
+            assert elements == []
     drawings = [ElementTree.parse(path) for path in sorted(hostile.glob("figures/*.svg"))]
     kinds = {element.tag.rpartition("}")[2] for drawing in drawings for element in drawing.iter() if isinstance(element.tag, str)}
     assert kinds <= {"svg", "defs", "g", "path", "use", "style", "clipPath", "rect", "metadata", "RDF", "Work", "title"}, kinds
