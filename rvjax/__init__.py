@@ -4,6 +4,7 @@
     configure          precision and compiler settings; call it before JAX is used
     load_campaign      the problem that a campaign file states
     fly_campaign       flies a campaign into a run folder, with its report
+    export_run         writes tables and traces for other tools
     replay_sample      flies a sample again, with its full trace
     judge_folder       the verdict on each requirement, from a run folder
     build_report       the report, from a run folder
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from rvjax.analysis.sample_size import plan as plan_samples
     from rvjax.analysis.verdicts import Verdict, judge_folder
     from rvjax.errors import CampaignError, RvjaxError
+    from rvjax.execution.exporting import export as export_run
     from rvjax.execution.replay import replay as replay_sample
     from rvjax.execution.run import run as fly_campaign
     from rvjax.notebook import Campaign, Run
@@ -50,6 +52,7 @@ __all__ = [
     "build_report",
     "compare_runs",
     "configure",
+    "export_run",
     "find_worst_case",
     "fly_campaign",
     "judge_folder",
@@ -70,6 +73,7 @@ _ORIGIN = {
     "build_report": "report:build",
     "compare_runs": "analysis.compare:compare",
     "configure": "simulation.jax_config:configure",
+    "export_run": "execution.exporting:export",
     "find_worst_case": "search.worst_case:find_worst_case",
     "fly_campaign": "execution.run:run",
     "judge_folder": "analysis.verdicts:judge_folder",

@@ -164,6 +164,13 @@ class Run:
 
         return replay(self.path, sample, every)[0]
 
+    def export(self, to: str | Path, sample: int | None = None, **options: Any) -> list[Path]:
+        """The samples table, or the trace of a sample, as a file for another tool; options as of `Options` in
+        `rvjax.execution.exporting`. Returns the files. Errors as of `rvjax.export_run`."""
+        from rvjax.execution.exporting import Options, export
+
+        return export(self.path, to, sample, Options(**options))
+
     def compare(self, other: Run | str | Path, **options: Any) -> Comparison:
         """This run as A, the other as B, on the same draws; options as of `rvjax.compare_runs`."""
         from rvjax.analysis.compare import compare

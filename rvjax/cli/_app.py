@@ -24,7 +24,7 @@ from rvjax.places import place_of
 
 COMMANDS = (
     *("init", "check-component", "validate", "run", "check", "report", "compare", "drivers", "sensitivity", "reweigh"),
-    *("tune", "worst", "rare", "replay", "plan", "list", "explain", "schema", "bench", "doctor"),
+    *("tune", "worst", "rare", "replay", "export", "plan", "list", "explain", "schema", "bench", "doctor"),
 )
 """The commands in the order of `rvjax --help`: each is the function `command` of `rvjax.cli.<name>`, with _ for -."""
 

@@ -7,6 +7,9 @@ from importlib.util import find_spec
 
 from packaging.requirements import Requirement
 
+MODULES = {"rerun-sdk": "rerun"}
+"""The module of a package, where it has another name."""
+
 
 def lacking(*packages: str) -> str:
     """Those of the packages that are missing here or too old, such as `optuna>=5.0 (4.2 is installed)`; empty if none is."""
@@ -16,7 +19,7 @@ def lacking(*packages: str) -> str:
 def _lack(package: str) -> str:
     bounds = {needed.name: needed.specifier for needed in map(Requirement, requires("rvjax") or ())}
     try:
-        installed = version(package) if find_spec(package) is not None else None
+        installed = version(package) if find_spec(MODULES.get(package, package)) is not None else None
     except PackageNotFoundError:
         installed = None
     if installed is None:

@@ -346,7 +346,11 @@ class RunFolder(MadeFiles):
 
     def trace(self, sample: int) -> pd.DataFrame:
         """The trace of a sample, verified."""
-        return self._table(Key("traces", sample))[0]
+        return self.trace_table(sample)[0]
+
+    def trace_table(self, sample: int) -> Table:
+        """The trace of a sample, verified, and its columns."""
+        return self._table(Key("traces", sample))
 
     def write_envelope(self, chunk: int, frame: pd.DataFrame, columns: Mapping[str, Column]) -> None:
         """Writes the thinned histories of a chunk: a row per sample and instant, every column in `columns`."""

@@ -34,4 +34,4 @@ def test_the_text_has_the_packages_in_the_order_of_their_layers(script: dict[str
     expected = [[name for name in layer if name not in ("notebook", "pytest_plugin", "testing")] for layer in script["layers"]()]
     assert [sorted(row) for row in rows] == [sorted(layer) for layer in expected]
     packages = [name for layer in expected for name in layer if (ROOT / "rvjax" / name).is_dir()]
-    assert len(packages) == 12, "the text says twelve packages"
+    assert len(packages) == 13, "the text says thirteen packages"

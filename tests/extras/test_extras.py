@@ -29,6 +29,8 @@ EXTRAS = {
     "tune": ("optuna",),
     "bench": ("diffrax",),
     "crosscheck": ("bsk",),
+    "rerun": ("rerun-sdk",),
+    "mcap": ("mcap",),
 }
 TUNING = ROOT / "campaigns" / "tuning" / "pd-plus.yaml"
 SETS = [word for value in (*SHORT, QUICK, "samples=2", "keep={worst: 1}") for word in ("--set", value)]

@@ -12,6 +12,7 @@ from tests.mutants import (
     draws_table,
     elementary_table,
     engine_table,
+    export_table,
     flight_table,
     guidance_table,
     members_table,
@@ -49,4 +50,5 @@ MUTANTS: tuple[Mutant, ...] = (
     *rare_table.MUTANTS,
     *replay_table.MUTANTS,
     *which_table.MUTANTS,
+    *export_table.MUTANTS,
 )
