@@ -1,9 +1,10 @@
-"""How often the intervals of rare failures hold: `python -m benchmarks.rare_coverage [--repeats N] [--case NAME] [--method M]`.
+"""How often the intervals of rare failures hold: `python -m benchmarks.rare_coverage [--repeats N] [--case NAME] [--method M]
+[--chains M]`.
 
 Each repeat learns afresh, then estimates with 20 independent replicates. Written for each margin of `benchmarks.rare_margins`:
 the mean of p̂/p with its standard error, the coefficient of variation of a repeat, how often Student's interval at 95 % holds p,
-how often the proved bound at 95 % is right and its median, and for importance sampling how many repeats were refused. What came
-out: docs/rare.md.
+how often the proved bound at 95 % is right and its median, for importance sampling how many repeats were refused, and the
+flights of a repeat. What came out: docs/rare.md.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.rare_margins import CASES, Case
+from benchmarks.rare_margins import CASES, Case, Keys, Values
 from rvjax.stats.rare import importance, splitting
-from rvjax.stats.rare.points import Points, Values, joined
+from rvjax.stats.rare.points import Points, joined
 from rvjax.stats.rare.replicates import proved_lower_bound, student_interval
 
 REPLICATES, CHAINS, LEARNERS, DRAWN = 20, 26, 104, 8000
@@ -32,6 +33,17 @@ class Repeat(NamedTuple):
     high: float
     proved: float
     refused: tuple[str, ...]
+
+
+class Counted:
+    """A margin that counts its flights."""
+
+    def __init__(self, case: Case) -> None:
+        self.case, self.flights = case, 0
+
+    def __call__(self, z: Values, keys: Keys) -> Values:
+        self.flights += len(z)
+        return self.case.margin(z, keys)
 
 
 def repeat(case: Case, method: str, seed: int, learners: int = LEARNERS, chains: int = CHAINS) -> Repeat:
@@ -63,11 +75,11 @@ def repeats_of(
     return [repeat(case, method, seed, learners, chains) for seed in range(first, first + count)]
 
 
-def _row(name: str, case: Case, came: Sequence[Repeat], seconds: float) -> str:
+def _row(name: str, case: Case, came: Sequence[Repeat], flights: float, seconds: float) -> str:
     p, n = case.probability, len(came)
     kept = [r for r in came if not r.refused]
     if not kept:
-        return f"| {name} | {p:.4g} | {n} | – | – | – | – | – | {n} | {seconds:.0f} |"
+        return f"| {name} | {p:.4g} | {n} | – | – | – | – | – | {n} | {flights:,.0f} | {seconds:.0f} |"
     ratios = np.array([r.estimate for r in kept]) / p
     error = ratios.std(ddof=1) / np.sqrt(len(kept)) if len(kept) > 1 else float("nan")
     holds = np.mean([r.low <= p <= r.high for r in kept])
@@ -75,7 +87,7 @@ def _row(name: str, case: Case, came: Sequence[Repeat], seconds: float) -> str:
     median = np.median([r.proved for r in kept]) / p
     return (
         f"| {name} | {p:.4g} | {n} | {ratios.mean():.3f} ± {error:.3f} | {ratios.std(ddof=1):.3f} | {100 * holds:.1f} % | "
-        f"{100 * proved:.1f} % | {median:.2f} p | {n - len(kept)} | {seconds:.0f} |"
+        f"{100 * proved:.1f} % | {median:.2f} p | {n - len(kept)} | {flights:,.0f} | {seconds:.0f} |"
     )
 
 
@@ -85,14 +97,17 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=200)
     parser.add_argument("--case", choices=CASES, action="append")
     parser.add_argument("--method", choices=("splitting", "importance"), default="splitting")
+    parser.add_argument("--chains", type=int, default=CHAINS)
     given = parser.parse_args()
-    print(f"{given.method}: {REPLICATES} replicates of {CHAINS} chains of {splitting.STATES} states")
-    print("| margin | p | repeats | mean p̂/p | variation | interval holds | proved bound holds | its median | refused | s |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    print(f"{given.method}: {REPLICATES} replicates of {given.chains} chains of {splitting.STATES} states")
+    columns = ("margin", "p", "repeats", "mean p̂/p", "variation", "interval holds", "proved bound holds", "its median")
+    columns += ("refused", "flights", "s")
+    print(f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}")
     for name in given.case or CASES:
         case, begun = CASES[name](), time.perf_counter()
-        came = repeats_of(case, given.repeats, given.method)
-        print(_row(name, case, came, time.perf_counter() - begun), flush=True)
+        counted = Counted(case)
+        came = repeats_of(case._replace(margin=counted), given.repeats, given.method, chains=given.chains)
+        print(_row(name, case, came, counted.flights / given.repeats, time.perf_counter() - begun), flush=True)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ SIGNS = "rare/test_rare_search.py::test_margins_have_the_sign_of_the_verdict"
 AGAIN = "rare/test_rare_search.py::test_a_failing_flight_flies_again"
 RESTS = "rare/test_rare_verdicts.py::test_what_a_verdict_rests_on"
 MET = "stats/test_rare_splitting.py::test_the_probability_is_met"
+SEEDS = "stats/test_rare_splitting.py::test_survivors_begin_equally_many_chains"
 MOVES = "stats/test_rare_splitting.py::test_moves_keep_the_normal_law_and_the_keys"
 REFUSED = "stats/test_rare_importance.py::test_weights_that_cannot_be_trusted_are_refused"
 
@@ -25,6 +26,14 @@ MUTANTS = (
         "rows = np.flatnonzero(margins <= 1.5 * level)\n        shares",
         MET,
     ),
+    Mutant(
+        "seeds drawn independently",
+        SPLITTING,
+        "np.concatenate([np.repeat(rows, every), rng.choice(rows, rest, replace=False)])",
+        "rng.choice(rows, chains)",
+        SEEDS,
+    ),
+    Mutant("a remainder that the first survivors have", SPLITTING, "rng.choice(rows, rest, replace=False)", "rows[:rest]", SEEDS),
     Mutant(
         "ρ and √(1 − ρ²) exchanged",
         SPLITTING,

@@ -115,6 +115,20 @@ def test_a_replicate_is_a_function_of_its_number() -> None:
         assert np.array_equal(one.failing.keys, other.failing.keys)
 
 
+@pytest.mark.parametrize("chains", [5, 7, 26])
+def test_survivors_begin_equally_many_chains(chains: int) -> None:
+    """Seven survivors begin ⌊M/7⌋ chains or one more, M in all and M/7 in the mean, within chance of 1 in 10,000. Kills: seeds that
+    are drawn independently, a remainder that the first survivors always have."""
+    rng, rows, n = np.random.default_rng(8), np.arange(10, 17), 4000
+    counts = np.array([np.bincount(splitting._seeds(rng, rows, chains), minlength=17)[10:] for _ in range(n)])
+    every, rest = divmod(chains, len(rows))
+    assert np.all(counts.sum(axis=1) == chains)
+    assert np.all((counts == every) | (counts == every + (rest > 0)))
+    share = rest / len(rows)
+    limit = stats.norm.isf(5e-5 / len(rows)) * math.sqrt(share * (1 - share) / n)
+    assert np.all(np.abs(counts.mean(axis=0) - chains / len(rows)) <= limit + 1e-12)
+
+
 def test_moves_keep_the_normal_law_and_the_keys() -> None:
     """Moves at a level that accepts everything leave N(0, I) and uniform keys: the mean, the variance and the correlation of a
     move, each within chance of 1 in 10,000; a key is kept in four moves of five. Kills: a step that is not divided, keys that
