@@ -33,7 +33,7 @@ from rvjax.components.samplers.interface import Samples
 from rvjax.components.samplers.uniforms_table import Block, columns_of
 from rvjax.execution.chunks import STRETCH
 from rvjax.simulation import tables
-from rvjax.simulation.batch import LANES, Flyer, devices
+from rvjax.simulation.batch import Flyer, devices
 from rvjax.simulation.draws import Draws
 from rvjax.simulation.problem import Problem
 from rvjax.simulation.requirement_checks import counted
@@ -88,8 +88,9 @@ class DrawSpace:
         self.flyer = Flyer.of(problem)
 
     def fly_chunk(self, z: Values, keys: NDArray[np.int64] | None = None, device: int = 0) -> FlownPoints:
-        """Flies up to LANES points z (n, d). keys: (n,) of their noise, by default that of sample 0."""
-        lanes = np.arange(LANES) % len(z)
+        """Flies up to LANES points z (n, d). keys: (n,) of their noise, by default that of sample 0. Where the engine flies more
+        lanes than there are points, further rows repeat the first."""
+        lanes = np.arange(self.flyer.lanes(len(z)))
         lanes[len(z) :] = 0
         draws, drawn = self.draws(z[lanes], None if keys is None else keys[lanes])
         horizon, places = self.problem.spec.horizon, devices()

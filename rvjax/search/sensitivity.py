@@ -212,7 +212,7 @@ class SensitivityFlights:
         return _Rows(frames, shared, kept)
 
     def _fly(self, first: int, count: int, rows: int, swaps: Swaps) -> tuple[pd.DataFrame, Flown]:
-        samples = first + np.arange(LANES, dtype=np.int64) % count
+        samples = first + np.arange(self._flyer.lanes(count), dtype=np.int64) % count
         draws, drawn = mixed_draws(self.problem, samples, swaps, rows)
         horizon = self.problem.spec.horizon
         flown = self._flyer.fly(drawn, horizon.steps, self._every, with_envelope=True, device=devices()[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from rvjax.execution.draw_space import DrawSpace
 from rvjax.execution.progress import Progress
 from rvjax.execution.rare import regions
 from rvjax.execution.rare.flights import RareFlights
+from rvjax.execution.rare.search import RareSearch
 from rvjax.run_folder import RunFolder, rare_record
 from rvjax.run_folder.rare_record import RareRecord
 from rvjax.simulation.problem import load
@@ -137,6 +139,40 @@ def test_a_search_that_was_stopped_is_resumed(campaign: Path, flown: Path, tmp_p
     run.run(campaign, out, progress=False)
     name = rare_record.NAME
     assert (out / "rare-1" / name).read_bytes() == (flown / "rare-1" / name).read_bytes()
+
+
+@pytest.mark.parametrize(("passes", "groups"), [("", 1), ("20 estimates", 2)])
+def test_a_budget_of_minutes_ends_between_groups(flown: Path, tmp_path: Path, passes: str, groups: int) -> None:
+    """A clock that passes the limit as soon as a note begins with `passes`: at once, and there are twenty replicates all the
+    same; after the first group, and there is a second. Kills: a search without twenty replicates, one that goes on."""
+    (tmp_path / "seldom.yaml").write_text(CAMPAIGN.replace("{flights: 10000}", "{minutes: 1}"))
+    problem, now = load(tmp_path / "seldom.yaml"), [0.0]
+
+    def on_progress(progress: Progress) -> None:
+        if progress.note.startswith(passes):
+            now[0] = 61.0
+
+    shutil.copytree(flown, tmp_path / "out", ignore=shutil.ignore_patterns("rare-1"))
+    search = RareSearch(problem, 1, RunFolder.open(tmp_path / "out"), on_progress, clock=lambda: now[0])
+    assert len(search.run({}).replicates) == 20 * groups
+
+
+def test_the_report_shows_the_record(flown: Path) -> None:
+    """Estimate, levels, regions and commands of the section are those of the record. Kills: a section without its search,
+    levels or regions of another number."""
+    record, text = record_of(flown), (flown / "report.md").read_text()
+    section = text[text.index("Rare failures\n") :]
+    section = section[: section.index("\n## ")]
+    assert f"{record.flights:,}, of these {record.learning:,} to learn the levels" in section
+    for level in record.levels[:-1]:
+        row = next(line for line in section.splitlines() if line.startswith(f"| {level.level:.4g}"))
+        assert f"{level.count:,} of 832" in row
+        assert row.endswith("| agree |")
+    for number, region in enumerate(record.regions, 1):
+        assert f"| {number} | {100 * region.share:.0f} % ({region.points:,}) |" in section
+        assert f"--sample {region.sample}`" in section
+    assert "rare-1/failing.yaml" in section
+    assert (flown / "figures" / "rare-1.svg").exists()
 
 
 def test_parts_near_each_other_are_one_region() -> None:

@@ -13,8 +13,9 @@ import pytest
 
 from rvjax.components.extras import lacking
 from rvjax.notebook import Run as FinishedRun
-from rvjax.run_folder import RunFolder
+from rvjax.run_folder import RunFolder, rare_record
 from tests.program import Run
+from tests.rare.test_rare_search import CAMPAIGN as SELDOM
 from tests.reliability.nursery import Nursery
 from tests.reliability.plain import PLAIN, proved
 from tests.short import CAMPAIGN, SHIPPED, SHORT
@@ -26,6 +27,7 @@ server = pytest.importorskip("moto.server", reason="a local S3 needs moto and fl
 SETS = [part for setting in (*SHORT, *PLAIN, "keep={worst: 2}") for part in ("--set", setting)]
 UNDECIDED = 3
 """40 samples are too few for a verdict."""
+FAILED = 1
 
 
 @pytest.fixture
@@ -97,6 +99,18 @@ def test_every_command_on_a_run_in_s3(bucket: Any, tmp_path: Path, rvjax: Run, m
         name: value for name, value in FinishedRun(place).summary.items() if name == "timings"
     }
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.csv", "b.csv", "local"]
+
+
+def test_rare_failures_in_s3(bucket: Any, tmp_path: Path, rvjax: Run) -> None:
+    """The record and the flights of a search are those of a local one. Kills: a search that is written beside the bucket."""
+    (tmp_path / "seldom.yaml").write_text(SELDOM)
+    for place in (tmp_path / "local", "s3://runs/seldom"):
+        code, _, err = rvjax("run", tmp_path / "seldom.yaml", "--quiet", "--out", place)
+        assert code == FAILED, err
+    for name in (rare_record.NAME, rare_record.FAILING, rare_record.POINTS):
+        assert bucket.cat_file(f"runs/seldom/rare-1/{name}") == (tmp_path / "local" / "rare-1" / name).read_bytes()
+    assert data_of(bucket, "runs/seldom") == local_data(tmp_path / "local")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["local", "seldom.yaml"]
 
 
 def test_a_killed_run_goes_on(bucket: Any, tmp_path: Path) -> None:

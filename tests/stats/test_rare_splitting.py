@@ -117,8 +117,8 @@ def test_a_replicate_is_a_function_of_its_number() -> None:
 
 @pytest.mark.parametrize("chains", [5, 7, 26])
 def test_survivors_begin_equally_many_chains(chains: int) -> None:
-    """Seven survivors begin ⌊M/7⌋ chains or one more, M in all and M/7 in the mean, within chance of 1 in 10,000. Kills: seeds that
-    are drawn independently, a remainder that the first survivors always have."""
+    """Seven survivors begin ⌊M/7⌋ chains or one more, M in all and M/7 in the mean, within chance of 1 in 10,000. Kills: seeds
+    that are drawn independently, a remainder that the first survivors always have."""
     rng, rows, n = np.random.default_rng(8), np.arange(10, 17), 4000
     counts = np.array([np.bincount(splitting._seeds(rng, rows, chains), minlength=17)[10:] for _ in range(n)])
     every, rest = divmod(chains, len(rows))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 import pandas as pd
@@ -24,61 +25,101 @@ from rvjax.stats.rare.points import Points, Values
 MARGIN = Column("search.margin", "1", "margin of the requirement; 0 or below: the flight fails")
 POINTS = Column("search.points", "", "of the chunk's points: the beginning of their SHA-256, as a number")
 
+GROWTH = 256
+"""The folder of a search grows by so many chunks at a time, since each time its manifest is written."""
+
 
 class RareFlights:
-    """Every flight of a search. on_flights: called with the number of flights so far, after each chunk."""
+    """Every flight of a search; within a `with` statement, at whose end all of them are on the disk. on_flights: called with the
+    number of flights so far, after each chunk."""
 
     def __init__(self, space: DrawSpace, folder: RunFolder, on_flights: Callable[[int], None], look: Callable[[], None]) -> None:
         self._space, self._folder, self._on_flights, self._look = space, folder, on_flights, look
+        held = folder.requested // LANES
+        self._held = set(range(held)) - set(folder.missing(held))
+        self._writer, self._writing = ThreadPoolExecutor(1), list[Future[None]]()
         self._chunks = 0
         self.flights = 0
 
+    def __enter__(self) -> RareFlights:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        """Writes what was flown. Errors as in `RunFolder.take_all`."""
+        self._writer.shutdown(wait=True)
+        self._written()
+        if raised == (None, None, None):
+            self._folder.grow(max(1, self._chunks) * LANES)
+
     def margin(self, points: Points) -> Values:
-        """(n,) margins of n points, flown or read; on the disk on return."""
+        """(n,) margins of n points, flown or read. They are written while the next ones fly. Errors as in `RunFolder.take_all`,
+        of these flights or of those before."""
         chunks = [points.rows(np.arange(first, min(first + LANES, len(points)))) for first in range(0, len(points), LANES)]
         begin, self._chunks = self._chunks, self._chunks + len(chunks)
-        self._folder.grow(max(self._folder.requested, self._chunks * LANES))
-        absent = set(self._folder.missing(self._chunks))
-        todo = [(number, chunk) for number, chunk in enumerate(chunks, begin) if number in absent]
         margins: dict[int, Values] = {}
+        files: list[DataFile] = []
 
-        def enter(number: int) -> None:
-            chunk = chunks[number - begin]
-            for _, table, _ in self._folder.tables([number]):
-                margins[number] = self._checked(number, chunk, table)
-            self.flights += len(chunk)
+        def enter(number: int, values: Values) -> None:
+            margins[number] = values[: len(chunks[number - begin])]
+            self.flights += len(margins[number])
             self._on_flights(self.flights)
 
-        def keep(file: DataFile) -> None:
-            self._folder.take(file)
-            enter(file.entry.number)
+        def keep(flown: tuple[int, Values, DataFile]) -> None:
+            files.append(flown[2])
+            enter(*flown[:2])
 
-        for number in range(begin, self._chunks):
-            if number not in absent:
-                enter(number)
-        map_in_threads(lambda order: self._fly(*order), todo, keep, self._space.flyer.stop, self._look)
+        self._written(1)
+        todo = list[tuple[int, Points]]()
+        for number, chunk in enumerate(chunks, begin):
+            if number in self._held:
+                enter(number, self._read(number, chunk))
+            else:
+                todo.append((number, chunk))
+        try:
+            map_in_threads(lambda order: self._fly(*order), todo, keep, self._space.flyer.stop, self._look)
+        finally:
+            self._writing.append(self._writer.submit(self._write, files, self._chunks))
         return np.concatenate([margins[number] for number in range(begin, self._chunks)])
 
-    def _fly(self, number: int, points: Points) -> DataFile:
-        """Flies a chunk and encodes its table; the lanes after its last point repeat the first and are flown, but not counted."""
+    def _write(self, files: list[DataFile], chunks: int) -> None:
+        if chunks * LANES > self._folder.requested:
+            self._folder.grow((chunks + GROWTH) * LANES)
+        self._folder.take_all(files)
+
+    def _written(self, most: int = 0) -> None:
+        """Waits until at most so many calls are not written yet, and raises what kept them from it."""
+        while len(self._writing) > most:
+            self._writing.pop(0).result()
+
+    def _fly(self, number: int, points: Points) -> tuple[int, Values, DataFile]:
+        """Flies a chunk: its number, its margins, and its table of LANES rows. Those after its last point repeat the first, and
+        are not counted."""
         _, frame = self._space.fly_chunk(points.z, points.keys, number)
+        rows = np.arange(LANES)
+        rows[len(points) :] = 0
+        frame = frame.iloc[rows].reset_index(drop=True)
+        margins = self._space.failure_margins(frame)
         table = pd.DataFrame(
             {
                 "sample": np.arange(number * LANES, (number + 1) * LANES, dtype=np.int64),
                 "outcome": frame["outcome"],
-                MARGIN.name: self._space.failure_margins(frame),
+                MARGIN.name: margins,
                 POINTS.name: np.full(LANES, _mark(points), dtype=np.int64),
             }
         )
-        return DataFile.of(Key("samples", number), table, {MARGIN.name: MARGIN, POINTS.name: POINTS}, self._folder.digest)
+        file = DataFile.of(Key("samples", number), table, {MARGIN.name: MARGIN, POINTS.name: POINTS}, self._folder.digest)
+        return number, margins, file
 
-    def _checked(self, number: int, points: Points, table: pd.DataFrame) -> Values:
+    def _read(self, number: int, points: Points) -> Values:
+        """The margins of a chunk that the folder holds."""
+        self._written()
+        _, table, _ = next(iter(self._folder.tables([number])))
         if len(table) != LANES or int(table[POINTS.name].iloc[0]) != _mark(points):
             raise FolderError(
                 f"{self._folder.path}: chunk {number} is of other points than this search asks for; "
                 "search again with another --out"
             )
-        return table[MARGIN.name].to_numpy(dtype=np.float64)[: len(points)]
+        return table[MARGIN.name].to_numpy(dtype=np.float64)
 
 
 def _mark(points: Points) -> int:

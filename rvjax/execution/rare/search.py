@@ -85,13 +85,13 @@ class RareSearch:
         """Flies what the folder of the search lacks and writes the record."""
         place = self.main.path / rare_record.folder_of(self.number)
         with self._open(place, flown_by) as folder:
-            flights = RareFlights(self.space, folder, self._report, lambda: self._report(flights.flights))
-            ladder = self._ladder(flights)
-            learning = flights.flights
-            chains, count = self._size(ladder, learning)
-            came = self._replicates(flights, ladder, chains, count)
-            failing = joined([ladder.failing, *(replicate.failing for replicate in came)])
-            weights = self._weigh(flights, failing) if self.requirement.method == "importance" else None
+            with RareFlights(self.space, folder, self._report, lambda: self._report(flights.flights)) as flights:
+                ladder = self._ladder(flights)
+                learning = flights.flights
+                chains, count = self._size(ladder, learning)
+                came = self._replicates(flights, ladder, chains, count)
+                failing = joined([ladder.failing, *(replicate.failing for replicate in came)])
+                weights = self._weigh(flights, failing) if self.requirement.method == "importance" else None
             checks = self._checks(ladder, came)
             found = regions.find(self.space, failing, self.seed)
             regions.export(self.space, found, folder, self.main.provenance.get("overrides", ()))
