@@ -1,10 +1,11 @@
 """Subset sampling of OpenTURNS beside splitting, on margins with known answers: `python -m benchmarks.rare_openturns [--repeats
 N]`.
 
-OpenTURNS is no dependency; where it is not installed, the command says so and ends. Each row: the mean of p̂/p over the repeats,
-their coefficient of variation, the flights of a repeat, the median of the lower and of the upper end of its interval at 95 %, and
-how often this holds p; and how many runs ended with an error of the library, and are left out. The budget of splitting is the first pass and twenty replicates; that of OpenTURNS one run with levels of
-the same probability (0.1) and as many states for each level as all replicates together. What came out: docs/rare.md.
+OpenTURNS is no dependency; where it is not installed, the command says so and ends. Each row: the flights of a repeat, the mean
+of p̂/p over the repeats, their coefficient of variation, the median of the lower and of the upper end of the interval at 95 %, how
+often this holds p, and how many runs ended with an error of the library and are left out. The budget of splitting is the first
+pass and twenty replicates; that of OpenTURNS one run with levels of the same probability (0.1) and as many states for each level
+as all replicates together. What came out: docs/rare.md.
 """
 
 from __future__ import annotations
@@ -89,9 +90,8 @@ def main() -> None:
         print("OpenTURNS is not installed: nothing to compare with")
         return
     print(f"{repeats} repeats; OpenTURNS {importlib.metadata.version('openturns')}")
-    print(
-        "| margin | method | flights | mean p̂/p | variation | interval, median | holds | errors |\n|---|---|---|---|---|---|---|---|"
-    )
+    columns = ("margin", "method", "flights", "mean p̂/p", "variation", "interval, median", "holds", "errors")
+    print(f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}")
     for name in SHOWN:
         case = CASES[name]()
         for method, run in (("splitting", by_splitting), ("OpenTURNS", by_openturns)):

@@ -38,7 +38,7 @@ def command(
     ] = (0.0, 0.0, 0.0),
     as_json: Json = False,
 ) -> int:
-    """Write the table of a run, or a sample's flight, for other tools."""
+    """Write samples or the flight of a sample for other tools."""
     from rvjax.execution.exporting import Options, export
 
     output = Output(as_json)
