@@ -1,7 +1,7 @@
 """A headless Chromium for tests: the DevTools protocol over two pipes, one page at a time.
 
 flags   --remote-debugging-pipe: JSON ended by NUL, in on descriptor 3, out on 4
-WebGL2  by SwiftShader, on the processor
+WebGL2  by SwiftShader, on the processor; the page itself is drawn without it, which is several times faster
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-gpu-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-extensions",
-    "--hide-scrollbars", "--mute-audio", "--force-device-scale-factor=1", "--disable-dev-shm-usage",
+    "--disable-gpu-rasterization", "--hide-scrollbars", "--mute-audio", "--force-device-scale-factor=1",
+    "--disable-dev-shm-usage",
 )  # fmt: skip
 PATIENCE_S = 120.0
 
