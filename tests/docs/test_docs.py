@@ -12,7 +12,7 @@ import rvjax
 from rvjax.cli._app import program
 
 ROOT = Path(__file__).parents[2]
-PLACES = ("*.md", "docs/*.md", "reports/*.md", ".github/*.md")
+PLACES = ("*.md", "docs/*.md", "docs/tutorials/*.md", "reports/*.md", ".github/*.md")
 DOCUMENTS = sorted(path for place in PLACES for path in ROOT.glob(place))
 
 each_document = pytest.mark.parametrize("document", DOCUMENTS, ids=[path.name for path in DOCUMENTS])
@@ -77,14 +77,23 @@ def test_commands_exist(document: Path) -> None:
     assert used <= known
 
 
-def test_readme_links_every_document() -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert [path.name for path in (ROOT / "docs").glob("*.md") if f"docs/{path.name}" not in readme] == []
+def test_the_index_links_every_document_once() -> None:
+    """The navigation of the site is that of the index. Kills: a page that no reader reaches."""
+    docs = ROOT / "docs"
+    linked = re.findall(r"^- \[.*?\]\(([\w./-]+\.md)\)", (docs / "index.md").read_text(encoding="utf-8"), re.MULTILINE)
+    written = [path.relative_to(docs).as_posix() for place in ("*.md", "tutorials/*.md") for path in docs.glob(place)]
+    assert sorted(link for link in linked if not link.startswith("../")) == sorted(name for name in written if name != "index.md")
 
 
-def test_readme_names_every_campaign() -> None:
+def test_the_readme_is_short_and_leads_to_the_documentation() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert [path.name for path in (ROOT / "campaigns").glob("*.yaml") if path.name not in readme] == []
+    assert len(readme.splitlines()) <= 120
+    assert {"(docs/start.md)", "(docs/index.md)", "(docs/approach.svg)"} <= set(re.findall(r"\(docs/[\w.]+\)", readme))
+
+
+def test_every_campaign_is_described() -> None:
+    page = (ROOT / "docs" / "shipped.md").read_text(encoding="utf-8")
+    assert [path.name for path in (ROOT / "campaigns").glob("*.yaml") if path.name not in page] == []
 
 
 def test_ci_runs_the_command_of_the_readme() -> None:
