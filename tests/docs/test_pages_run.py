@@ -30,7 +30,7 @@ PAGES = {
         "rvjax run campaigns/quickstart.yaml --out reports/before",
         "rvjax run campaigns/quickstart.yaml --out reports/after --set controller.gains.k1=0.15",
     ),
-    "docs/comparing.md": ("rvjax init .", "rvjax run campaigns/bakeoff.yaml"),
+    "docs/comparing.md": ("rvjax init .",),
     "docs/tuning.md": (),
     "docs/which-draws.md": (),
     "docs/export.md": ("rvjax init .", "rvjax run campaign.yaml --out reports/mine"),
@@ -54,15 +54,16 @@ NOT_RUN = {
     "rvjax --install-completion": "it would change the shell of the user; cli/test_completion.py",
     "rvjax bench": "run/test_yardsticks.py",
     "rvjax check campaigns/ci/docking.yaml": "its baseline is that of all samples; ci/test_against.py",
-    "rvjax compare reports/bakeoff/… --baseline": "the short bake-off has another fault schedule; ci/test_compare.py",
+    "rvjax compare reports/bakeoff/… --baseline": "eleven controllers; run/test_baselines.py",
 }
 
 SMALLER = (
     (r"--samples \d+", "--samples 26"),
     (r"--rows \d+", "--rows 8"),
-    (r"--flights \d+", "--flights 400"),
+    (r"^(rvjax worst .*)--flights \d+", r"\1--flights 400"),
+    (r"^(rvjax rare .*)--flights \d+", r"\1--flights 10000"),
     (r"^(rvjax worst (?!.*--flights).*)$", r"\1 --flights 400"),
-    (r"^(rvjax rare (?!.*--flights).*)$", r"\1 --flights 400"),
+    (r"^(rvjax rare (?!.*--flights).*)$", r"\1 --flights 10000"),
     (r"^(rvjax sensitivity (?!.*--rows).*)$", r"\1 --rows 8"),
     (r"^(rvjax worst (?!.*--out).*)$", r"\1 --out reports/worst-of-page"),
 )
@@ -79,6 +80,7 @@ def short(text: str) -> str:
     text = re.sub(r"^  samples: \d+", "  samples: 26", text, flags=re.MULTILINE)
     text = re.sub(r"candidates: \d+", "candidates: 4", text)
     text = re.sub(r"first: \d+", "first: 13", text)
+    text = re.sub(r"method: splitting(?!.*budget)", "method: splitting, budget: {flights: 10000}", text)
     return re.sub(r"hard: \d+", "hard: 4", text)
 
 
