@@ -9,6 +9,7 @@ import inspect
 import re
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +105,7 @@ def keys_page() -> Iterator[tuple[str, str]]:
     for section in list(Spec.keys()):
         pages = [page for page in pages_called(section) if page.family in (CAMPAIGN_FILE, FAMILY)]
         for page in pages[:1]:
-            parts.extend([f"## {section}", *list(entry(page))[1:]])
+            parts.extend([f"## {section}", page.text, *list(entry(replace(page, text="")))[1:]])
     yield "keys.md", "\n\n".join(parts)
 
 

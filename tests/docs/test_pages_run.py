@@ -35,7 +35,7 @@ PAGES = {
     "docs/which-draws.md": (),
     "docs/export.md": ("rvjax init .", "rvjax run campaign.yaml --out reports/mine"),
     "docs/ci.md": (),
-    "docs/rare.md": ("rvjax init .",),
+    "docs/rare.md": (),
     "docs/controllers.md": (),
     "docs/scenes.md": (),
     "docs/campaigns.md": ("rvjax run campaigns/quickstart.yaml",),
@@ -52,19 +52,20 @@ NOT_RUN = {
     "rvjax run campaign.yaml --dask": "reliability/test_cluster_docs.py",
     "rvjax run campaign.yaml --out s3:": "reliability/test_s3.py",
     "rvjax --install-completion": "it would change the shell of the user; cli/test_completion.py",
+    "rvjax rare campaign.yaml --method importance": "rare/test_rare_search.py",
     "rvjax bench": "run/test_yardsticks.py",
     "rvjax check campaigns/ci/docking.yaml": "its baseline is that of all samples; ci/test_against.py",
     "rvjax compare reports/bakeoff/… --baseline": "eleven controllers; run/test_baselines.py",
 }
 
 SMALLER = (
-    (r"--samples \d+", "--samples 26"),
-    (r"--rows \d+", "--rows 8"),
+    (r"--samples \d+", "--samples 32"),
+    (r"--rows \d+", "--rows 30"),
     (r"^(rvjax worst .*)--flights \d+", r"\1--flights 400"),
     (r"^(rvjax rare .*)--flights \d+", r"\1--flights 10000"),
     (r"^(rvjax worst (?!.*--flights).*)$", r"\1 --flights 400"),
     (r"^(rvjax rare (?!.*--flights).*)$", r"\1 --flights 10000"),
-    (r"^(rvjax sensitivity (?!.*--rows).*)$", r"\1 --rows 8"),
+    (r"^(rvjax sensitivity (?!.*--rows).*)$", r"\1 --rows 30"),
     (r"^(rvjax worst (?!.*--out).*)$", r"\1 --out reports/worst-of-page"),
 )
 """Numbers of flights."""
@@ -76,8 +77,8 @@ CODES = {"controller.gains.k7": (2,), "controller.gains.k1=0.03": (1,)}
 
 def short(text: str) -> str:
     """A campaign with few samples, and a search with few candidates."""
-    text = re.sub(r"^samples: \d+", "samples: 26", text, flags=re.MULTILINE)
-    text = re.sub(r"^  samples: \d+", "  samples: 26", text, flags=re.MULTILINE)
+    text = re.sub(r"^samples: \d+", "samples: 32", text, flags=re.MULTILINE)
+    text = re.sub(r"^  samples: \d+", "  samples: 32", text, flags=re.MULTILINE)
     text = re.sub(r"candidates: \d+", "candidates: 4", text)
     text = re.sub(r"first: \d+", "first: 13", text)
     text = re.sub(r"method: splitting(?!.*budget)", "method: splitting, budget: {flights: 10000}", text)
