@@ -59,7 +59,7 @@ NOT_RUN = {
 }
 
 SMALLER = (
-    (r"--samples \d+", "--samples 32"),
+    (r"--samples \d+", "--samples 416"),
     (r"--rows \d+", "--rows 30"),
     (r"^(rvjax worst .*)--flights \d+", r"\1--flights 400"),
     (r"^(rvjax rare .*)--flights \d+", r"\1--flights 10000"),
