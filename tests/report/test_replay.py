@@ -315,8 +315,7 @@ def test_without_webgl_the_wires_are_drawn(page: Browser, browser: Browser, fold
 def test_reduced_motion_dark_narrow_and_print(page: Browser) -> None:
     """Kills: a camera that glides though the reader asked for calm, a page that plays by itself, a page wider than the screen."""
     assert page.run("rvjax.shown.playing") is False
-    page.run("rvjax.shown.draw(); rvjax.shown.look('chase')")
-    assert page.run("rvjax.shown.camera.blend !== null") is True
+    assert page.run("(rvjax.shown.draw(), rvjax.shown.look('chase'), rvjax.shown.camera.blend !== null)") is True
     page.media(prefers_reduced_motion="reduce", prefers_color_scheme="dark")
     page.run("rvjax.shown.look('hbar')")
     assert page.run("rvjax.shown.camera.blend") is None
