@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from rvjax.analysis.verdicts import Verdict
     from rvjax.columns import Column
     from rvjax.execution.progress import OnProgress
+    from rvjax.report.plots import Plots
     from rvjax.run_folder import Account, RunFolder
     from rvjax.run_folder.tuning_record import Searched
     from rvjax.search.worst_case import Worst
@@ -94,15 +95,26 @@ class Campaign:
 
     def tune(self, out: str | Path | None = None, *, progress: bool | OnProgress = True) -> tuple[Path, Searched]:
         """Searches better gains; as `rvjax tune`. Returns the folder and the record of the search."""
+        from rvjax.execution.progress_display import lines
         from rvjax.search.tuning.tune import tune
 
-        return tune(self.source, out, self.overrides, progress=progress)
+        with lines(progress) as say:
+            return tune(self.source, out, self.overrides, progress=progress, on_message=say)
 
-    def find_worst(self, requirement: int = 1, *, flights: int = 20_000, vary: Sequence[str] = ()) -> Worst:
+    def find_worst(
+        self, requirement: int = 1, *, flights: int = 20_000, vary: Sequence[str] = (), progress: bool = True
+    ) -> Worst:
         """Searches the draws with the smallest margin of a requirement; as `rvjax worst`."""
+        from rvjax.execution.progress_display import lines
         from rvjax.search.worst_case import find_worst_case
 
-        return find_worst_case(self.source, requirement, self.overrides, flights=flights, vary=vary)
+        with lines(progress) as say:
+
+            def show(done: int, margin: float) -> None:
+                say(f"{done:,} of {flights:,} flights, smallest margin {margin:.4g}")
+
+            options = {"flights": flights, "vary": vary, "on_progress": show}
+            return find_worst_case(self.source, requirement, self.overrides, **options)
 
     def __repr__(self) -> str:
         changes = f", {list(self.overrides)!r}" if self.overrides else ""
@@ -157,6 +169,13 @@ class Run:
     def summary(self) -> dict[str, Any]:
         """Every number of the report, with its interval."""
         return json.loads(self.folder.read_bytes("summary.json"))
+
+    @cached_property
+    def plot(self) -> Plots:
+        """The figures of the report: `run.plot.settling()` and others, as Matplotlib axes."""
+        from rvjax.report.plots import Plots
+
+        return Plots.of(self.path)
 
     def replay(self, sample: int, every: int = 1) -> pd.DataFrame:
         """The trace of a sample, flown again bit for bit. Errors as of `rvjax.replay_sample`."""

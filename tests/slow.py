@@ -120,6 +120,7 @@ SLOW = frozenset(
         "report/test_replay.py::test_dragging_selects_in_every_picture",
         "report/test_replay.py::test_hostile_texts_do_nothing_and_the_policy_holds",
         "report/test_replay.py::test_without_webgl_the_wires_are_drawn",
+        "report/test_plots.py::test_a_chromium_prints_the_report",
         "report/test_report.py::test_extreme_runs_have_a_report",
         "report/test_report.py::test_the_report_is_built_without_jax",
         "results/test_disk_failures.py::test_any_failing_call_keeps_what_was_committed[30-False]",

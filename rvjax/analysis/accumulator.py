@@ -9,6 +9,7 @@ import pandas as pd
 from rvjax.analysis.run_totals import Totals
 from rvjax.analysis.verdicts import Verdict, tallies
 from rvjax.campaign import Keep, Requirement
+from rvjax.campaign.requirement import TRACED
 from rvjax.columns import Column
 from rvjax.errors import DamagedError
 from rvjax.run_folder.entries import EntryRows
@@ -124,6 +125,6 @@ class RunAccumulator:
 
 def _purpose(require: Sequence[Requirement], design: SamplingDesign, keep: Keep) -> str:
     """What totals are made for: with another purpose they have other contents."""
-    models = [model.model_dump(mode="json") for model in (*require, keep)]
+    models = [model.model_dump(mode="json", exclude=set(TRACED)) for model in (*require, keep)]
     laws = [repr(requirement.thinning) for requirement in require if requirement.thinning is not None]
     return json_bytes({"models": models, "laws": laws, "design": [type(design).__name__, design.sentence]}).decode()

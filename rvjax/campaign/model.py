@@ -259,6 +259,15 @@ class Spec(Model):
         wrong = named_laws.unknown([requirement.under for requirement in require], info.data.get("laws"))
         return refuse(*wrong) if wrong else require
 
+    @field_validator("require")
+    @classmethod
+    def _other_ids(cls, require: tuple[Requirement, ...]) -> tuple[Requirement, ...]:
+        ids = [requirement.id for requirement in require]
+        accepted = "accepted: an id that no other requirement has"
+        twice = [(index, name) for index, name in enumerate(ids) if name is not None and name in ids[:index]]
+        wrong = [Problem(f"the id {name} is used twice", accepted, (index, "id")) for index, name in twice]
+        return refuse(*wrong) if wrong else require
+
     @field_validator("capture")
     @classmethod
     def _inside_flight(cls, capture: Capture, info: ValidationInfo) -> Capture:

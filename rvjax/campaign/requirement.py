@@ -24,6 +24,9 @@ Interpretation = Literal["ensemble", "temporal", "mixed"]
 METRIC = "the metric's unit"
 """Stands for the unit of a number that is compared with a metric."""
 
+TRACED = ("id", "parent", "rationale", "source")
+"""Keys that say where a requirement comes from; they decide nothing."""
+
 RARE = ("splitting", "importance")
 """Methods for rare failures, which fly beside the samples."""
 
@@ -177,6 +180,10 @@ class Requirement(Model):
     )
     budget: RareBudget | None = option(default=None, doc="splitting, importance: limits of the search")
     name: str | None = option(default=None, doc="shown in the report")
+    id: str | None = option(default=None, example="SYS-042", doc="of the requirement in its specification; each has another")
+    parent: str | None = option(default=None, example="MIS-007", doc="id of the requirement that it is derived from")
+    rationale: str | None = option(default=None, example="A clearance of half a metre.", doc="why it is required")
+    source: str | None = option(default=None, example="ICD-3, section 4.2", doc="the document that states it")
 
     _thinning: Thinning | None = PrivateAttr(None)
 
@@ -192,6 +199,11 @@ class Requirement(Model):
         found = self.model_copy()
         found._thinning = laws[self.under]
         return found
+
+    @property
+    def origin(self) -> dict[str, str]:
+        """Where it comes from: those of `TRACED` that are stated."""
+        return {name: text for name in TRACED if (text := getattr(self, name)) is not None}
 
     @property
     def is_sequential(self) -> bool:
@@ -246,7 +258,7 @@ class Requirement(Model):
         values = {name: getattr(self, name) for name in (*_SHARES, *_SIDES, "channel")}
         given = {name for name, value in values.items() if value is not None and value is not False}
         if self.metric == "captured":
-            accepted = "accepted: metric, at_least, where, under, confidence, method, name"
+            accepted = f"accepted: metric, at_least, where, under, confidence, method, name, {', '.join(TRACED)}"
             wrong = [Problem(f"captured has no {name}", accepted, (name,), at_key=True) for name in sorted(given - {"at_least"})]
             if "at_least" not in given:
                 wrong.append(Problem("missing", accepted, ("at_least",), at_key=True))

@@ -23,7 +23,7 @@ from rvjax.errors import CampaignError, Finding, IncompleteError, RvjaxError
 from rvjax.places import place_of
 
 COMMANDS = (
-    *("init", "check-component", "validate", "run", "check", "report", "compare", "drivers", "sensitivity", "reweigh"),
+    *("init", "check-component", "validate", "run", "check", "report", "view", "compare", "drivers", "sensitivity", "reweigh"),
     *("tune", "worst", "rare", "replay", "export", "plan", "list", "explain", "schema", "bench", "doctor"),
 )
 """The commands in the order of `rvjax --help`: each is the function `command` of `rvjax.cli.<name>`, with _ for -."""

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 import rvjax
+from rvjax.campaign.fixed_values import fixed_values
 from rvjax.campaign.named_laws import LAWS
 from rvjax.campaign.python_files import PythonFile
 from rvjax.components import installed_code
@@ -85,6 +86,14 @@ def provenance(command: Sequence[str], overrides: Sequence[str]) -> dict[str, An
         "cores": cores(),
         "packages": packages(),
     }
+
+
+def fixed(problem: Problem) -> dict[str, Any]:
+    """The fixed values of the campaign with those of its components, for the report, which knows no component."""
+    parts = (*problem.faults, *problem.disturbances, *problem.navigation, *problem.actuation, *problem.effects, *problem.chosen)
+    known = (problem.controller, problem.guidance, *parts)
+    models = {part.place: part.parameters for part in known if part.parameters is not None}
+    return {name: list(value) for name, value in fixed_values(problem.spec, models).items()}
 
 
 def packages() -> dict[str, str]:

@@ -48,6 +48,18 @@ def display(*, elsewhere: bool) -> Generator[OnProgress, None, None]:
         yield _ignore
 
 
+@contextmanager
+def lines(progress: bool | OnProgress) -> Generator[Callable[[str], None], None, None]:
+    """What gets the lines of a search that has no phases. True: a line that is updated in a notebook, lines in a terminal;
+    otherwise nobody."""
+    if progress is not True or not (sys.stderr.isatty() or _in_notebook()):
+        yield lambda _: None
+    elif sys.stderr.isatty():
+        yield lambda text: print(text, file=sys.stderr, flush=True)
+    else:
+        yield _NotebookLine().say
+
+
 class PhaseText:
     """The line that states the progress of a phase: when it begins, while it lasts, when it has ended."""
 
@@ -111,10 +123,17 @@ class _NotebookLine:
         self._handle: Any = None
 
     def __call__(self, progress: Progress) -> None:
+        line = self._text.line(progress)
+        if self._text.begins:
+            self._handle = None
+        self.say(line)
+
+    def say(self, text: str) -> None:
+        """The text in the place of the one before."""
         from IPython.display import display as show  # pyright: ignore[reportMissingImports]
 
-        content = {"text/plain": self._text.line(progress)}
-        if self._text.begins:
+        content = {"text/plain": text}
+        if self._handle is None:
             self._handle = show(content, raw=True, display_id=True)
         else:
             self._handle.update(content, raw=True)

@@ -29,7 +29,7 @@ from rvjax.execution.audit import prove, prove_baselines
 from rvjax.execution.chunks import ENVELOPE_CHUNKS, ChunkResult, ChunkRunner
 from rvjax.execution.executors import Executor, ExecutorFactory
 from rvjax.execution.executors.threads import local_threads, map_in_threads
-from rvjax.execution.identity import PLAN, provenance
+from rvjax.execution.identity import PLAN, fixed, provenance
 from rvjax.execution.preparation import Prepared, prepare
 from rvjax.execution.progress import OnProgress, PhaseProgress, timed
 from rvjax.execution.progress_display import shown
@@ -178,7 +178,9 @@ def _open(
         samples = min(samples, _next_look(0) if existing is None else existing.requested)
     description = RunDescription(
         identity=flown_by,
-        provenance=provenance(options.command, overrides) | ({"warnings": [*map(str, doubtful)]} if doubtful else {}),
+        provenance=provenance(options.command, overrides)
+        | {"fixed": fixed(problem)}
+        | ({"warnings": [*map(str, doubtful)]} if doubtful else {}),
         campaign_text=spec.source.text,
         samples=samples,
         name=spec.name,

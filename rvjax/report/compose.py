@@ -12,6 +12,7 @@ from rvjax.report import html, markdown, tuning_report
 from rvjax.report.blocks import Headline, Number, Section
 from rvjax.report.figures import render
 from rvjax.report.interactive.page_parts import interactive
+from rvjax.report.pdf import printed
 from rvjax.report.run_view import Run, open_run
 from rvjax.report.sections import sections
 from rvjax.report.sections.verdicts import headline
@@ -20,17 +21,20 @@ from rvjax.run_folder import RunFolder, verdict_columns
 FORMAT = 1
 
 
-def build(folder: str | Place, png: bool = False) -> Place:
+def build(folder: str | Place, png: bool = False, pdf: bool = False) -> Place:
     """Writes the report of a run folder or of a tuning folder, and returns the path of `report.html`. png: also write the figures
-    as PNG files.
+    as PNG files. pdf: also print the report with a Chromium; UsageError where there is none.
 
     Raises FolderError if the folder is not a run folder or is damaged, and IncompleteError if no chunk is finished or the disk
     is full. A column that the samples table lacks is no error: the report says so in a sentence.
     """
     run_folder = RunFolder.open(folder)
-    if SEARCH in run_folder.identity:
-        return tuning_report.build(run_folder, png)
-    return write(run_folder, open_run(folder), png=png)
+    search = SEARCH in run_folder.identity
+    page = tuning_report.build(run_folder, png) if search else write(run_folder, open_run(folder), png=png)
+    if pdf:
+        run_folder.write_bytes("report.pdf", printed(run_folder.read_bytes("report.html")))
+        run_folder.seal()
+    return page
 
 
 def write(folder: RunFolder, run: Run, timings: Callable[[], Mapping[str, Any]] | None = None, png: bool = False) -> Place:
@@ -64,7 +68,8 @@ def summary(run: Run, top: Headline, shown: Iterable[Section]) -> dict[str, Any]
         "verdict": top.verdict.word,
         "account": asdict(run.account),
         "requirements": [
-            {"metric": verdict.requirement.metric, "verdict": verdict.verdict, "text": verdict.text} for verdict in run.verdicts
+            verdict.requirement.origin | {"metric": verdict.requirement.metric, "verdict": verdict.verdict, "text": verdict.text}
+            for verdict in run.verdicts
         ],
         "numbers": {cell.name: asdict(cell.estimate) | {"unit": cell.unit} for cell in cells},
     }

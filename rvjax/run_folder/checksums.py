@@ -11,7 +11,7 @@ from rvjax.run_folder.storage import Storage
 NAME = "SHA256SUMS"
 
 _MADE = re.compile(
-    r"report\.html|report\.md|summary\.json|judged\.parquet|search\.json|candidates\.csv|best\.yaml|rare\.json|failing\.yaml|failing\.csv|figures/.+"
+    r"report\.html|report\.md|report\.pdf|summary\.json|judged\.parquet|search\.json|candidates\.csv|best\.yaml|rare\.json|failing\.yaml|failing\.csv|figures/.+"
 )
 _LINE = re.compile(r"([0-9a-f]{64})  (\S.*)")
 _ADVICE = "`rvjax report` makes it again"

@@ -188,15 +188,17 @@ def find_worst_case(
     vary: Sequence[str] = (),
     seed: int = 0,
     radius: float | None = None,
+    on_progress: Callable[[int, float], None] = lambda flights, margin: None,
 ) -> Worst:
     """Searches the draws of a campaign for the smallest margin of a requirement.
 
     requirement: its number, from 1. flights: the largest number flown. vary: prefixes of the draws that are searched, by default
     all. radius: |z| ≤ radius in standard normal coordinates; by default a sample in a million is outside.
+    on_progress: called with the flights so far and the smallest margin.
 
     Errors: those of `prepare`.
     """
-    return worst(prepare(path, overrides, requirement, vary), flights, seed, radius=radius)
+    return worst(prepare(path, overrides, requirement, vary), flights, seed, radius=radius, on_progress=on_progress)
 
 
 class _Record:

@@ -32,6 +32,7 @@ target:
   orbit: {semi_major_axis_km: 8000, eccentricity: 0.1, true_anomaly_deg: 30}
   attitude_mrp: {box: 0.4}
   port_m: [5, 0.5, -0.3]
+  MORE
 pursuer: {mass_kg: 100, inertia_kgm2: {principal: [22, 20, 23]}}
 start: {rho_m: {box: 20}, sigma: {box: 0.25}, nu_m_s: 0, omega_rad_s: 0}
 actuators: {upper: [4, 4, 4, 0.8, 0.8, 0.8], lower: [3, 3, 3, 0.6, 0.6, 0.6]}
@@ -106,10 +107,11 @@ def truth() -> Truth:
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory, truth: Truth) -> Path:
     """The run folder with kept traces of samples 1 and 2; sample 2 diverges at its end."""
-    return made_once(tmp_path_factory, "exported", lambda path: _made(path, truth))
+    return made_once(tmp_path_factory, "exported", lambda path: made_folder(path, truth))
 
 
-def _made(path: Path, truth: Truth) -> Path:
+def made_folder(path: Path, truth: Truth, more: str = "") -> Path:
+    """Writes the folder. more: of the target in the campaign, in braces."""
     drawn = {f"draw.target.attitude_mrp.{axis}": np.full(3, ATTITUDE[i]) for i, axis in enumerate("xyz")}
     frame = pd.DataFrame(
         {
@@ -122,8 +124,9 @@ def _made(path: Path, truth: Truth) -> Path:
         }
     )
     columns = {name: Column(name, "m·s", f"what {name} means", "lower") for name in frame.columns[2:]}
+    text = CAMPAIGN.replace("  MORE\n", "".join(f"  {part}\n" for part in more.split("; ") if part))
     identity = {"campaign": "0" * 64, "seed": 5, "precision": "float64", "rvjax": "0.1.0", "device": "cpu"}
-    run = RunDescription(identity=identity, provenance={}, campaign_text=CAMPAIGN, samples=3, name="made-elsewhere")
+    run = RunDescription(identity=identity, provenance={}, campaign_text=text, samples=3, name="made-elsewhere")
     trace = truth.trace()
     lost = trace.copy()
     lost.iloc[-LOST:, 1:] = np.nan

@@ -13,7 +13,26 @@ FIELDS, CSV, JSON = (
     "export/test_documents.py::test_json",
 )
 
+WAYS, FIXED, DRAWS = "report/sections/trajectories.py", "campaign/fixed_values.py", "report/sections/which_draws.py"
+ORBIT, PORT = "report/test_trajectories.py::test_the_orbital_frame", "report/test_trajectories.py::test_the_port_frame"
+DEFAULTS = "report/test_fixed_values.py::test_defaults_of_the_controller_are_among_them"
+TRACED = "report/test_fixed_values.py::test_requirements_say_where_they_come_from"
+VIEW = "report/test_plots.py::test_view_opens_the_report"
+
 MUTANTS = (
+    # the report's figures and tables
+    Mutant("H-bar in the place of R-bar", WAYS, "x, _, z = np.einsum", "x, z, _ = np.einsum", ORBIT),
+    Mutant("a way from the target's centre in the port's frame", WAYS, "way.place - np.array(port(run.spec, way.row))).T", "way.place).T", PORT),
+    Mutant("a port frame that turns the other way", WAYS, "[-n[1], 1.0 - k", "[n[1], 1.0 - k", PORT),
+    Mutant("a zone about the port", WAYS, "frame[[0, side]], -delta)", "frame[[0, side]], 0.0 * delta)", "report/test_trajectories.py::test_silhouettes"),
+    Mutant("drawn values among the fixed", FIXED, "if isinstance(part, Fixed)}", "}", DEFAULTS),
+    Mutant("gains of the other result", DRAWS, "known[result][draw])", "known[next(iter(known))][draw])", "report/test_which_draws.py::test_rank_correlations_stand_beside_xi"),
+    Mutant("a requirement that loses its origin", "campaign/requirement.py", "if (text := getattr(self, name)) is not None", "if (text := getattr(self, name)) is None", TRACED),
+    Mutant("two requirements of one id", "campaign/model.py", "name in ids[:index]]", "name in ids[:0]]", "campaign/test_campaign.py::test_bad_file[requirement-id-twice]"),
+    Mutant("a browser that is only asked to print", "cli/view.py", "not only_print and webbrowser.open", "webbrowser.open", VIEW),
+    Mutant("a browser that is believed", "report/pdf.py", 'if not target.exists() or not (data := target.read_bytes()).startswith(b"%PDF"):', "if (data := b'') is None:", "report/test_plots.py::test_pdf_without_a_browser_is_refused_at_once"),
+    Mutant("a line for each batch in a notebook", "execution/progress_display.py", "        if self._handle is None:\n", "        if True:\n", "run/test_progress.py::test_a_search_shows_its_lines"),
+    # exports
     Mutant("the pursuer from the target's centre", INERTIAL, "away = port + _back", "away = _back", PLACES),
     Mutant("a port that does not swing", INERTIAL, "np.cross(w, port)", "0.0", PLACES),
     Mutant("components that stay in the pursuer's frame", INERTIAL, 'np.einsum("tij,ti->tj"', 'np.einsum("tij,tj->ti"', PLACES),

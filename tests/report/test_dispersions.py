@@ -14,7 +14,7 @@ from rvjax.analysis.run_totals import Totals
 from rvjax.columns import Column
 from rvjax.report.blocks import Code, Table
 from rvjax.report.run_view import Run, open_run
-from rvjax.report.sections import dispersions, drivers, worst
+from rvjax.report.sections import dispersions, which_draws, worst
 
 LAW = "uniform (low 80, high 120)"
 
@@ -57,7 +57,7 @@ def test_a_count_of_rejections_drives_nothing(run: Run) -> None:
     """Kills: the count among the draws that go with the result, or that stand out."""
     assert run.rejections() == ["pursuer.inertia_kgm2.rejected"]
     assert not set(run.rejections()) & set(run.draws())
-    for section in (drivers.section(run), worst.section(run)):
+    for section in (which_draws.section(run), worst.section(run)):
         assert "rejected" not in str(section)
 
 

@@ -117,7 +117,7 @@ def test_what_looks_at_single_samples_says_how_many(folder: Path, table: pd.Data
     bins = [summary["numbers"][f"saturation_duty.fx.bin{place}.q95"]["n"] for place in range(1, 6)]
     assert sum(bins) == FIRST
     text = (folder / "report.md").read_text()
-    assert text.count("Of the first 6,400 samples.") == 6  # severity: 2; worst; drivers: 2; which draws: settling
+    assert text.count("Of the first 6,400 samples.") == 5  # severity: 2; worst; which draws: figure, settling
     assert "read from sketches" in text
     assert "relative error of up to 0.05\u00a0%" in text
     first = table.iloc[:FIRST].fillna({"metric.settling_time_s": math.inf})

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import spearmanr
 
 from rvjax.analysis import drivers
 from rvjax.analysis.drivers import Result
 from rvjax.columns import Column
+from rvjax.report.blocks import Table
 from rvjax.report.run_view import open_run
 from rvjax.report.sections import which_draws
 from rvjax.stats import clopper_pearson, holm
@@ -148,7 +150,30 @@ def test_the_section_says_the_same(folder: Path) -> None:
     assert all(math.isfinite(number.estimate.value) for number in section.numbers())
 
 
-def test_an_exploration_has_no_section(folder: Path) -> None:
+def test_rank_correlations_stand_beside_xi(folder: Path) -> None:
+    """Spearman's by SciPy. Kills: a correlation of another result or draw, a draw whose correlation is clear left out."""
+    run = open_run(folder)
+    section = which_draws.section(run)
+    assert section is not None
+    known = {number.name: number.estimate.value for number in section.numbers()}
+    distance = np.linalg.norm([run.draw_of_head(f"start.rho_m.{axis}") for axis in "xyz"], axis=0)
+    for result in ("settling_time_s", "window_position_error_m"):
+        values = run.metric_of_head(result)
+        named = {name for name in known if name.startswith(f"correlation.{result}.")}
+        assert result != "settling_time_s" or f"correlation.{result}.|start.rho_m|" in named
+        for name in named:
+            path = name.removeprefix(f"correlation.{result}.")
+            x = distance if path == "|start.rho_m|" else run.draw_of_head(path)
+            assert known[name] == pytest.approx(spearmanr(x, values).statistic)
+    (picture,) = section.drawings
+    assert "|start.rho_m|" in [label.get_text() for label in picture.figure.axes[0].get_yticklabels()]
+
+
+def test_an_exploration_has_correlations_only(folder: Path) -> None:
     """Kills: p-values in the report of a plan."""
     run = open_run(folder)
-    assert which_draws.section(type(run)(**{**vars(run), "design": Exploration()})) is None
+    section = which_draws.section(type(run)(**{**vars(run), "design": Exploration()}))
+    assert section is not None
+    (table,) = (block for block in section.body if isinstance(block, Table))
+    assert table.head == ("draw", "settling time", "window position error")
+    assert "confidence" not in table.caption

@@ -14,7 +14,7 @@ import pytest
 
 from rvjax.errors import CampaignWarning
 from rvjax.execution.progress import PhaseProgress, Progress
-from rvjax.execution.progress_display import ProgressLines
+from rvjax.execution.progress_display import ProgressLines, lines
 from rvjax.execution.run import run
 from rvjax.simulation.engines.llvm.engine import LlvmChunk
 from tests.short import CAMPAIGN, QUICK, SHORT
@@ -162,8 +162,8 @@ def test_python_shows_it_in_a_terminal(
         assert (phase in text) is shown
 
 
-def test_python_shows_it_in_a_notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a double of IPython: a line per phase, updated in place. Kills: a notebook without progress; a line per report."""
+def notebook(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """A double of IPython in a notebook; what is shown in its cell: the updates of each line."""
     cell: list[list[str]] = []
 
     class Handle:
@@ -186,8 +186,14 @@ def test_python_shows_it_in_a_notebook(tmp_path: Path, monkeypatch: pytest.Monke
     display.__dict__.update(display=show)
     monkeypatch.setitem(sys.modules, "IPython", ipython)
     monkeypatch.setitem(sys.modules, "IPython.display", display)
-    monkeypatch.setattr("rvjax.execution.executors.threads.LOOK_S", 0.002)
     monkeypatch.setattr(sys, "stderr", Stream(terminal=False))
+    return cell
+
+
+def test_python_shows_it_in_a_notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a double of IPython: a line per phase, updated in place. Kills: a notebook without progress; a line per report."""
+    cell = notebook(monkeypatch)
+    monkeypatch.setattr("rvjax.execution.executors.threads.LOOK_S", 0.002)
     run(CAMPAIGN, tmp_path / "run", ONE_CHUNK)
     assert [updates[0] for updates in cell] == [
         "auditing",
@@ -218,3 +224,18 @@ def test_python_warns_of_what_is_hardly_meant(tmp_path: Path) -> None:
     doubtful = "controller={use: pd-plus, gains: {mass_guess_kg: 250}}"
     with pytest.warns(CampaignWarning, match="mass_guess_kg"):
         run(CAMPAIGN, tmp_path / "run", (*SHORT, "samples=4", "keep={worst: 0}", doubtful), progress=False)
+
+
+def test_a_search_shows_its_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line that is updated in a notebook; nothing where progress is off, or without a terminal. Kills: a line for each batch
+    in a notebook; a search without progress."""
+    cell = notebook(monkeypatch)
+    for progress in (True, False):
+        with lines(progress) as say:
+            say("416 of 20,000 flights")
+            say("832 of 20,000 flights")
+    assert cell == [["416 of 20,000 flights", "832 of 20,000 flights"]]
+    monkeypatch.delitem(sys.modules, "IPython")
+    with lines(True) as say:
+        say("nobody")
+    assert len(cell) == 1

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from rvjax.analysis.verdicts.sentences import success_of
+from rvjax.campaign.requirement import TRACED
 from rvjax.errors import CampaignError
 from rvjax.execution.draw_space import DrawSpace
 from rvjax.execution.identity import source_digest
@@ -103,7 +104,8 @@ class RareSearch:
 
     def _open(self, place: Place, flown_by: Mapping[str, Any]) -> RunFolder:
         """The folder of the search, created or resumed."""
-        settings = json.dumps(self.requirement.model_dump(mode="json", exclude={"name", "accept", "confidence"}), sort_keys=True)
+        judging = {"name", "accept", "confidence", *TRACED}
+        settings = json.dumps(self.requirement.model_dump(mode="json", exclude=judging), sort_keys=True)
         identity = {
             **flown_by,
             "rare": hashlib.sha256(f"{self.number}:{settings}".encode()).hexdigest(),

@@ -92,17 +92,21 @@ def junit(campaign: str, cases: Sequence[Case]) -> bytes:
 
 
 def _properties(verdict: Verdict) -> dict[str, str]:
-    return {
-        "verdict": verdict.verdict,
-        "method": verdict.requirement.method,
-        "confidence": f"{verdict.requirement.confidence:g}",
-        "samples": str(verdict.n),
-        "complying": str(verdict.successes),
-        "required": f"{verdict.limit:.12g}",
-        "low": f"{verdict.low_bound:.12g}",
-        "high": f"{verdict.high_bound:.12g}",
-        **({} if verdict.under is None else {name: str(value) for name, value in vars(verdict.under).items()}),
-    } | ({} if verdict.rare is None else _of_rare(verdict.rare))
+    return (
+        {name: _text(text) for name, text in verdict.requirement.origin.items()}
+        | {
+            "verdict": verdict.verdict,
+            "method": verdict.requirement.method,
+            "confidence": f"{verdict.requirement.confidence:g}",
+            "samples": str(verdict.n),
+            "complying": str(verdict.successes),
+            "required": f"{verdict.limit:.12g}",
+            "low": f"{verdict.low_bound:.12g}",
+            "high": f"{verdict.high_bound:.12g}",
+            **({} if verdict.under is None else {name: str(value) for name, value in vars(verdict.under).items()}),
+        }
+        | ({} if verdict.rare is None else _of_rare(verdict.rare))
+    )
 
 
 def _of_rare(rare: RareFailure) -> dict[str, str]:

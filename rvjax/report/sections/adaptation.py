@@ -15,12 +15,12 @@ RUNAWAY = 10.0
 _METRICS = r"peak_chi|peak_estimate_drift|saturation_depth\.any"
 
 
-def section(run: Run) -> Section:
+def section(run: Run) -> Section | None:
     """Peak Nussbaum argument, parameter drift and saturation depth; the share of samples with a runaway."""
     title = "Health of the adaptive controller"
     names = [name for name in run.metrics(_METRICS) if _acts(run.metric(name))]
     if not {"peak_chi", "peak_estimate_drift"} & set(names):
-        return Section("adaptation", title, f"The controller {run.spec.controller.use} has no adaptive signals.")
+        return None
     body: list[str | Drawing] = [_figure(run, names)]
     table = quantiles(run, "Peak values over the whole flight.", names)
     if "peak_chi" not in names:

@@ -24,11 +24,11 @@ _NORMS = {
 }
 
 
-def section(run: Run) -> Section:
+def section(run: Run) -> Section | None:
     """Median, 5–95 % range and full range over time, with the worst flights overlaid; the commanded wrench and its limits."""
     title = "Flights over time"
     if run.envelopes.empty:
-        return Section("envelopes", title, "This run kept no time histories.")
+        return None
     kept = len(set(run.envelopes["sample"]))
     lead = f"Time histories of {count(kept)} of the {count(run.flown)} flown samples."
     table = run.envelopes.pivot(index="sample", columns="t_s")

@@ -13,12 +13,12 @@ _ELSEWHERE = (
 )
 
 
-def section(run: Run) -> Section:
+def section(run: Run) -> Section | None:
     """Quantiles of effort, approach and all further metrics of the campaign."""
     elsewhere = set(run.metrics(_ELSEWHERE)) | {*safety.shown(run)}
     names = [name for name in run.metrics(".*") if name not in elsewhere]
     title = "Effort, approach and other metrics"
     if not names:
-        return Section("others", title, "The other sections show all metrics.")
+        return None
     lead = "Propulsive effort, approach, and every metric that no section above shows."
     return Section("others", title, lead, (quantiles(run, "Other metrics.", names),))

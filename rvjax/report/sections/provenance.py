@@ -19,12 +19,17 @@ def section(run: Run) -> Section:
     """Identity, provenance, command, definitions of the metrics, and the hashes of the chunks."""
     lead = "A run with the same identity gives the same samples table, bit for bit."
     chunks = run.chunks[:_CHUNKS_SHOWN]
+    start = {name: value for name, value in run.provenance.items() if name != "fixed"}  # has a section
     more = len(run.chunks) - len(chunks)
     rest = f" {count(more)} more {'is' if more == 1 else 'are'} in manifest.json." if more else ""
     tables = (
         Table("Command that repeats this run.", ("command",), ((Code(_command(run)),),)),
         Table("Identity: everything that determines the numbers.", ("key", "value"), _facts(run.identity)),
-        Table("Start of the run.", ("key", "value"), _facts(run.provenance)),
+        Table(
+            "Start of the run.",
+            ("key", "value"),
+            _facts(start),
+        ),
         Table("Definitions of the metrics.", ("name", "unit", "meaning", "better"), tuple(_definitions(run))),
         Table(
             f"Chunks of the samples table with their SHA-256.{rest}",

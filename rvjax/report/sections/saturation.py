@@ -26,11 +26,11 @@ _NO_SEVERITY = "No fault of this campaign takes effectiveness from a channel, so
 _SHOWN = {"saturation_duty": ("saturation duty", "%", 100.0), "saturation_depth": ("saturation depth", "1", 1.0)}
 
 
-def section(run: Run) -> Section:
+def section(run: Run) -> Section | None:
     """Duty, longest stretch and depth of saturation per channel, and over the fault severity."""
     title = "Saturation"
     if not run.metrics(r"saturation_duty\.any"):
-        return Section("saturation", title, "The samples table has no saturation metrics.")
+        return None
     saturated = run.metric("saturation_duty.any").positive
     share = spoken(run.share("saturation_duty.any.ever", saturated))
     lead = f"{share} of the samples saturate a channel at some time (clipped command |h(v)| ≥ 99 % of its limit)."

@@ -20,12 +20,12 @@ _TIMES_CAPTION = "Settling times from the start of the flight; fault recovery fr
 _COLOURS = (plotting.BLUE, plotting.RED, plotting.GREEN)
 
 
-def section(run: Run) -> Section:
+def section(run: Run) -> Section | None:
     """Distribution functions with confidence bands, and quantiles, of settling times and remaining errors."""
     title = "Settling times and remaining errors"
     times, errors = run.metrics(_TIMES), run.metrics(_ERRORS)
     if not times or not errors:
-        return Section("settling", title, "The samples table has no settling times or no errors.")
+        return None
     never = {f"{name}.never": (f"{label(name)}: never within the horizon", _never(run, name)) for name in times}
     body = (
         _time_figure(run, times),
@@ -53,7 +53,7 @@ def _time_figure(run: Run, names: list[str]) -> Drawing:
     figure, (axis,) = plotting.axes(1, 1, 3.6)
     for name, colour in zip(names, _COLOURS, strict=False):
         plotting.distribution(axis, run.metric(name), colour, label(name), run.band)
-        _required(axis, run, name, colour)
+        required(axis, run, name, colour)
     plotting.probability_axis(axis)
     axis.set_xlim(0, run.spec.horizon.duration_s)
     axis.set_xlabel("time, s")
@@ -70,7 +70,7 @@ def _error_figure(run: Run, names: list[str]) -> Drawing:
         unit = run.column(members[0]).unit
         for name, colour in zip(members, _COLOURS, strict=False):
             plotting.distribution(axis, run.metric(name), colour, _PERIODS[name.split("_")[0]], run.band)
-            _required(axis, run, name, colour)
+            required(axis, run, name, colour)
         plotting.value_axis(axis.xaxis, [run.metric(name) for name in members], spread=3)
         if unit in tubes:
             plotting.limit(axis, tubes[unit], "capture tube")
@@ -88,7 +88,7 @@ def _kind(name: str) -> str:
     return label(name.split("_", 1)[1])
 
 
-def _required(axis: Axes, run: Run, name: str, colour: str) -> None:
+def required(axis: Axes, run: Run, name: str, colour: str) -> None:
     """Dashed lines at the limits that the campaign requires of the metric."""
     for verdict in run.verdicts:
         requirement = verdict.requirement

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from rvjax.analysis.verdicts import Verdict
 from rvjax.campaign import Requirement
+from rvjax.campaign.requirement import TRACED
 from rvjax.report.blocks import Cell, Headline, Mark, Named, Number, Section, Table
 from rvjax.report.number_format import SPACE, capital, channel, count, label, percent, prefixed, setting
 from rvjax.report.run_view import Run, is_share
@@ -33,7 +34,25 @@ def section(run: Run) -> Section:
     caption = _caption([verdict.requirement for verdict in run.verdicts])
     rows = tuple(_row(run, verdict, index) for index, verdict in enumerate(run.verdicts))
     plural = "s" if len(run.verdicts) > 1 else ""
-    return Section("verdicts", title, f"{len(run.verdicts)} requirement{plural}: {counts}.", (Table(caption, _HEAD, rows),))
+    tables = (Table(caption, _HEAD, rows), *_traceability(run))
+    return Section("verdicts", title, f"{len(run.verdicts)} requirement{plural}: {counts}.", tables)
+
+
+def _traceability(run: Run) -> Iterator[Table]:
+    """Where the requirements come from, if any says so: a column for each key that one of them states."""
+    stated = [key for key in TRACED if any(key in verdict.requirement.origin for verdict in run.verdicts)]
+    if stated:
+        caption = "Traceability: where each requirement comes from, as the campaign states it."
+        head = ("requirement", "verdict", *stated)
+        rows = (
+            (
+                requirement_words(run, verdict.requirement),
+                Mark(verdict.verdict),
+                *(verdict.requirement.origin.get(key, "–") for key in stated),
+            )
+            for verdict in run.verdicts
+        )
+        yield Table(caption, head, tuple(rows))
 
 
 def _caption(requirements: Sequence[Requirement]) -> str:

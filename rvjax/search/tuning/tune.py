@@ -24,6 +24,7 @@ from rvjax.campaign.distribution_notation import did_you_mean
 from rvjax.campaign.named_laws import LAWS
 from rvjax.campaign.plain_values import describe
 from rvjax.campaign.python_files import PythonFile
+from rvjax.campaign.requirement import TRACED
 from rvjax.campaign.tuning import Tuning
 from rvjax.campaign.tuning_parameters import Log, is_free
 from rvjax.columns import draw_column, metric_column
@@ -237,7 +238,7 @@ def _identity(space: Space, tuning: Tuning, seed: int) -> dict[str, Any]:
     settings = tuning.model_dump(mode="json", exclude={"confirm", "parameters", "method"})
     settings["parameters"] = {name: repr(parameter) for name, parameter in tuning.parameters.items()}
     settings["method"] = {"use": tuning.method.use, **tuning.method.parameters}
-    settings["require"] = [requirement.model_dump(mode="json") for requirement in spec.require]
+    settings["require"] = [requirement.model_dump(mode="json", exclude=set(TRACED)) for requirement in spec.require]
     if spec.laws:
         settings[LAWS] = dict(spec.laws)
     settings["fresh"] = _samples(spec)  # decides which shares are needed
