@@ -154,7 +154,7 @@ def test_all_captured_without_requirement_or_histories(made: Make, tmp_path: Pat
     with undrawn():
         text = Page(build(made(tmp_path / "run", 40, (1, 0, 0), require="", kept=0)).read_text()).text
     assert "states no requirement" in text
-    assert "kept no time histories" in text
+    assert "Flights over time" not in text
 
 
 def test_the_report_is_built_without_jax(made: Make, tmp_path: Path) -> None:

@@ -191,9 +191,11 @@ def test_events_are_counted_at_their_edge(run: Run) -> None:
     assert "between 3.00 s and 7.00 s." in captured.section(changed).body[-1]
     for drift in (-1.0, 1.0):
         drifts = {"metric.peak_chi": 0.0, "metric.peak_estimate_drift": np.where(place == 7, drift, 0.0)}
-        assert "is adaptive but has no Nussbaum gain" in adaptation.section(_with(run, run.head.assign(**drifts))).lead
+        section = adaptation.section(_with(run, run.head.assign(**drifts)))
+        assert section is not None
+        assert "is adaptive but has no Nussbaum gain" in section.lead
     silent = _with(run, run.head.assign(**{"metric.peak_chi": 0.0, "metric.peak_estimate_drift": 0.0}))
-    assert "has no adaptive signals" in adaptation.section(silent).lead
+    assert adaptation.section(silent) is None
 
 
 def test_a_draw_stands_out_by_its_rank_among_the_first(run: Run) -> None:

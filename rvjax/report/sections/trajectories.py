@@ -63,7 +63,8 @@ class _Way:
 def _way(run: Run, sample: int, trace: pd.DataFrame) -> _Way:
     rho, sigma = vectors(trace, "rho_{}_m"), vectors(trace, "sigma_{}")
     finite = np.isfinite(rho).all(axis=1) & np.isfinite(sigma).all(axis=1)
-    row = run.totals.worst.set_index("sample").loc[sample].to_dict()
+    worst = run.totals.worst
+    row = next(iter(worst.loc[worst["sample"] == sample].to_dict("records")), {})
     place = turned(quaternions(sigma[finite]), rho[finite]) + np.array(port(run.spec, row)) if finite.any() else rho[:0]
     orbit = None
     if "target_r_x_m" in trace:
