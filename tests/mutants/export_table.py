@@ -26,7 +26,7 @@ MUTANTS = (
     Mutant("a port frame that turns the other way", WAYS, "[-n[1], 1.0 - k", "[n[1], 1.0 - k", PORT),
     Mutant("a zone about the port", WAYS, "frame[[0, side]], -delta)", "frame[[0, side]], 0.0 * delta)", "report/test_trajectories.py::test_silhouettes"),
     Mutant("drawn values among the fixed", FIXED, "if isinstance(part, Fixed)}", "}", DEFAULTS),
-    Mutant("gains of the other result", DRAWS, "known[result][draw])", "known[next(iter(known))][draw])", "report/test_which_draws.py::test_rank_correlations_stand_beside_xi"),
+    Mutant("the correlation with another result", DRAWS, "known[result][draw])", "known[[*known][-1]][draw])", "report/test_which_draws.py::test_rank_correlations_stand_beside_xi"),
     Mutant("a requirement that loses its origin", "campaign/requirement.py", "if (text := getattr(self, name)) is not None", "if (text := getattr(self, name)) is None", TRACED),
     Mutant("two requirements of one id", "campaign/model.py", "name in ids[:index]]", "name in ids[:0]]", "campaign/test_campaign.py::test_bad_file[requirement-id-twice]"),
     Mutant("a browser that is only asked to print", "cli/view.py", "not only_print and webbrowser.open", "webbrowser.open", VIEW),
