@@ -28,7 +28,7 @@ MUTANTS = (
     Mutant("drawn values among the fixed", FIXED, "if isinstance(part, Fixed)}", "}", DEFAULTS),
     Mutant("the correlation with another result", DRAWS, "known[result][draw])", "known[[*known][-1]][draw])", "report/test_which_draws.py::test_rank_correlations_stand_beside_xi"),
     Mutant("a requirement that loses its origin", "campaign/requirement.py", "if (text := getattr(self, name)) is not None", "if (text := getattr(self, name)) is None", TRACED),
-    Mutant("two requirements of one id", "campaign/model.py", "name in ids[:index]]", "name in ids[:0]]", "campaign/test_campaign.py::test_bad_file[requirement-id-twice]"),
+    Mutant("two requirements of one id", "campaign/model.py", "name in ids[:index]]", "name in ids[:0]]", "campaign/test_campaign.py::test_bad_file"),
     Mutant("a browser that is only asked to print", "cli/view.py", "not only_print and webbrowser.open", "webbrowser.open", VIEW),
     Mutant("a browser that is believed", "report/pdf.py", 'if not target.exists() or not (data := target.read_bytes()).startswith(b"%PDF"):', "if (data := b'') is None:", "report/test_plots.py::test_pdf_without_a_browser_is_refused_at_once"),
     Mutant("a line for each batch in a notebook", "execution/progress_display.py", "        if self._handle is None:\n", "        if True:\n", "run/test_progress.py::test_a_search_shows_its_lines"),
