@@ -27,7 +27,7 @@ from rvjax.campaign.problems import Problem, refuse, unexpected
 from rvjax.campaign.propellant import Propellant, check_propellant
 from rvjax.campaign.python_files import PythonFile
 from rvjax.campaign.quantity import Quantity
-from rvjax.campaign.requirement import Requirement
+from rvjax.campaign.requirement import Requirement, repeated_ids
 from rvjax.campaign.source import Source, read
 from rvjax.campaign.start import AnyStart, FramedStart, StartOfEitherForm
 from rvjax.campaign.trace_retention import Keep
@@ -255,17 +255,8 @@ class Spec(Model):
 
     @field_validator("require")
     @classmethod
-    def _under_known_laws(cls, require: tuple[Requirement, ...], info: ValidationInfo) -> tuple[Requirement, ...]:
-        wrong = named_laws.unknown([requirement.under for requirement in require], info.data.get("laws"))
-        return refuse(*wrong) if wrong else require
-
-    @field_validator("require")
-    @classmethod
-    def _other_ids(cls, require: tuple[Requirement, ...]) -> tuple[Requirement, ...]:
-        ids = [requirement.id for requirement in require]
-        accepted = "accepted: an id that no other requirement has"
-        twice = [(index, name) for index, name in enumerate(ids) if name is not None and name in ids[:index]]
-        wrong = [Problem(f"the id {name} is used twice", accepted, (index, "id")) for index, name in twice]
+    def _consistent_requirements(cls, require: tuple[Requirement, ...], info: ValidationInfo) -> tuple[Requirement, ...]:
+        wrong = [*named_laws.unknown([each.under for each in require], info.data.get("laws")), *repeated_ids(require)]
         return refuse(*wrong) if wrong else require
 
     @field_validator("capture")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Protocol
 
@@ -317,6 +317,14 @@ class Requirement(Model):
         low, high = self.range
         accepted = f"accepted: a value inside the range of {exact(low)} to {exact(high)}"
         return [Problem(f"{exact(bound.value)} decides nothing", accepted, (bound.side,))]
+
+
+def repeated_ids(require: Sequence[Requirement]) -> list[Problem]:
+    """A problem for each requirement with the id of one before it."""
+    ids = [requirement.id for requirement in require]
+    accepted = "accepted: an id that no other requirement has"
+    twice = [(index, name) for index, name in enumerate(ids) if name is not None and name in ids[:index]]
+    return [Problem(f"the id {name} is used twice", accepted, (index, "id")) for index, name in twice]
 
 
 def _exactly_one(given: set[str], names: tuple[str, ...]) -> list[Problem]:

@@ -16,10 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from rvjax.analysis.sample_values import numbers, port
 from rvjax.analysis.verdicts.folders import campaign_of
-from rvjax.campaign import Quantity, Spec
+from rvjax.campaign import Spec
 from rvjax.campaign.trace_retention import steps_per_row
-from rvjax.columns import AXES, draw_column
+from rvjax.columns import AXES
 from rvjax.components.extras import lacking
 from rvjax.errors import UsageError
 from rvjax.export import ccsds, documents, viewers
@@ -35,7 +36,10 @@ TABLES = (".csv", ".json", ".mat")
 PACKAGES = {".rrd": ("rerun-sdk", "rerun"), ".mcap": ("mcap", "mcap")}
 """The package that a format needs, and the extra that installs it."""
 
-FORMATS = (*TABLES, ".oem", ".aem", *PACKAGES)
+MESSAGES = (".oem", ".aem")
+"""CCSDS messages."""
+
+FORMATS = (*TABLES, *MESSAGES, *PACKAGES)
 
 BODIES = ("pursuer", "target")
 
@@ -62,24 +66,19 @@ class Flight:
     @property
     def port(self) -> Numbers:
         """δ, in T [m]."""
-        return self._drawn("target.port_m", self.spec.target.port_m)
+        return np.array(port(self.spec, self.row))
 
     @property
     def finite(self) -> Exported:
         """The rows before the flight diverged."""
-        numbers = self.trace.frame[[form.format(axis) for form in _MOTION for axis in AXES]].to_numpy(dtype=float)
-        return self.trace.only(np.asarray(np.isfinite(numbers).all(axis=1)))
+        motion = self.trace.frame[[form.format(axis) for form in _MOTION for axis in AXES]].to_numpy(dtype=float)
+        return self.trace.only(np.asarray(np.isfinite(motion).all(axis=1)))
 
     @property
     def absolute(self) -> Absolute:
         """The inertial motion."""
-        attitude = self._drawn("target.attitude_mrp", self.spec.target.attitude_mrp)
-        return absolute(self.finite, attitude, self.port, orbit_plane(*self.options.plane))
-
-    def _drawn(self, name: str, quantity: Quantity) -> Numbers:
-        """The numbers of the sample, from its row where they are drawn."""
-        names = (draw_column(f"{name}.{axis}") for axis in AXES)
-        return np.array([float(self.row.get(column, fixed)) for column, fixed in zip(names, quantity.medians, strict=True)])
+        attitude = numbers(self.spec.target.attitude_mrp, "target.attitude_mrp", self.row)
+        return absolute(self.finite, np.array(attitude), self.port, orbit_plane(*self.options.plane))
 
 
 _MOTION = (
@@ -120,7 +119,7 @@ def _check(path: Path, sample: int | None, options: Options) -> None:
         raise UsageError(f"{path}: {suffix} holds the flight of a sample; accepted: --sample K, or a name in {', '.join(TABLES)}")
     if sample is None and options.every is not None:
         raise UsageError("--every is of a trace; accepted: with --sample K")
-    if suffix not in (".oem", ".aem") and (options.epoch is not None or any(options.plane)):
+    if suffix not in MESSAGES and (options.epoch is not None or any(options.plane)):
         raise UsageError(f"{path}: {suffix} has no date and no orbit plane; accepted: --epoch and --plane with .oem and .aem")
     if not all(np.isfinite(options.plane)):
         raise UsageError("--plane: not finite; accepted: three angles in degrees")
@@ -129,7 +128,15 @@ def _check(path: Path, sample: int | None, options: Options) -> None:
         package, extra = PACKAGES[suffix]
         if lack := lacking(package):
             raise UsageError(f"{path}: {suffix} needs {lack}; accepted: pip install 'rvjax[{extra}]'")
-    atomic_files.check_file(path)
+    for name in _files(path):
+        atomic_files.check_file(name)
+
+
+def _files(path: Path) -> tuple[Path, ...]:
+    """The files of an export: a table as CSV has a companion, and of CCSDS messages there is one for each of `BODIES`."""
+    if path.suffix == ".csv":
+        return path, path.with_suffix(".columns.csv")
+    return (path, path.with_name(f"{path.stem}-target{path.suffix}")) if path.suffix in MESSAGES else (path,)
 
 
 def _samples(folder: RunFolder) -> Exported:
@@ -160,7 +167,7 @@ def _flight(folder: RunFolder, spec: Spec, sample: int, options: Options) -> Fli
 
 def _tables(path: Path, table: Exported) -> dict[Path, bytes]:
     if path.suffix == ".csv":
-        return dict(zip((path, path.with_suffix(".columns.csv")), documents.csv(table), strict=True))
+        return dict(zip(_files(path), documents.csv(table), strict=True))
     return {path: documents.document(table) if path.suffix == ".json" else documents.matlab(table)}
 
 
@@ -180,8 +187,8 @@ def _messages(path: Path, flight: Flight) -> dict[Path, bytes]:
     objects = {body: f"{spec.name.upper()}-{body.upper()}" for body in BODIES}
     message = ccsds.Message(epoch, objects, comments, datetime.now(UTC))
     write: Callable[..., str] = message.oem if path.suffix == ".oem" else message.aem
-    places = dict(zip(BODIES, (path, path.with_name(f"{path.stem}-target{path.suffix}")), strict=True))
-    return {places[body]: write(body, motion.t, getattr(motion, body)).encode("ascii") for body in BODIES}
+    parts = zip(_files(path), BODIES, strict=True)
+    return {name: write(body, motion.t, getattr(motion, body)).encode("ascii") for name, body in parts}
 
 
 def _record(path: Path, flight: Flight) -> list[Path]:
@@ -194,8 +201,6 @@ def _record(path: Path, flight: Flight) -> list[Path]:
 
 
 def _write(path: Path, files: Mapping[Path, bytes]) -> list[Path]:
-    for name in files:
-        atomic_files.check_file(name)
     try:
         for name, data in files.items():
             name.write_bytes(data)

@@ -14,9 +14,10 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
+from rvjax.analysis.trace_frames import quaternions
 from rvjax.errors import UsageError
 from rvjax.export.exported import Numbers
-from rvjax.export.inertial import Body, quaternions
+from rvjax.export.inertial import Body
 
 J2000 = datetime(2000, 1, 1, 12)
 FRAME = "EME2000"

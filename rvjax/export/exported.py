@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from rvjax.columns import AXES, Column
+from rvjax.analysis.trace_frames import vectors
+from rvjax.columns import Column
 
 Numbers = NDArray[np.float64]
 
@@ -25,8 +26,8 @@ class Exported:
     facts: Mapping[str, str | int]
 
     def vector(self, form: str) -> Numbers:
-        """(rows, 3) of a vector of a trace. form: with {} in the place of the axis, such as `rho_{}_m`."""
-        return self.frame[[form.format(axis) for axis in AXES]].to_numpy(dtype=float)
+        """(rows, 3) of a trace; form as of `vectors`."""
+        return vectors(self.frame, form)
 
     def only(self, rows: NDArray[np.bool_]) -> Exported:
         """Some of the rows."""

@@ -16,10 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rvjax.analysis.trace_frames import rotation
 from rvjax.export.exported import Exported, Numbers
-
-MU_EARTH = 3.986004418e14
-"""Gravitational parameter of the Earth, m³/s², as of the flights."""
+from rvjax.physics.constants import MU_EARTH
 
 
 @dataclass(frozen=True)
@@ -57,14 +56,6 @@ def absolute(trace: Exported, attitude_mrp: Numbers, port: Numbers, plane: Numbe
     return Absolute(t, Body(position, velocity, body, w), pursuer)
 
 
-def rotation(sigma: Numbers) -> Numbers:
-    """R(σ) = I − 4(1−σᵀσ)/(1+σᵀσ)² σ^× + 8/(1+σᵀσ)² (σ^×)² of each row."""
-    x, y, z = sigma.T
-    zero, s2 = np.zeros_like(x), np.sum(sigma * sigma, axis=1)[:, None, None]
-    skew = np.stack([np.stack(row, axis=1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))], axis=1)
-    return np.eye(3) - 4.0 * (1.0 - s2) / (1.0 + s2) ** 2 * skew + 8.0 / (1.0 + s2) ** 2 * (skew @ skew)
-
-
 def orbit_plane(node_deg: float, inclination_deg: float, perigee_deg: float) -> Numbers:
     """R₃(Ω) R₁(i) R₃(ω), perifocal frame → I. Ω: of the ascending node; i: inclination; ω: argument of perigee."""
     node, perigee, tilt = _about_z(node_deg), _about_z(perigee_deg), np.radians(inclination_deg)
@@ -97,26 +88,6 @@ def kepler(r: Numbers, v: Numbers, t: Numbers) -> tuple[Numbers, Numbers]:
     f, g = 1.0 - axis / distance * (1.0 - cos), t - (change - sin) / motion
     f_rate, g_rate = -np.sqrt(MU_EARTH * axis) / (now * distance) * sin, 1.0 - axis / now * (1.0 - cos)
     return f[:, None] * r + g[:, None] * v, f_rate[:, None] * r + g_rate[:, None] * v
-
-
-def quaternions(attitude: Numbers) -> Numbers:
-    """(rows, 4) q₁ q₂ q₃ q_c, (q₁ q₂ q₃) = e sin(φ/2), q_c = cos(φ/2), for frames that are turned by φ about e. The largest
-    component is computed by a root, so none cancels; each quaternion is on the side of the one before it."""
-    m = attitude
-    trace = np.trace(m, axis1=1, axis2=2)
-    squares = np.stack([1.0 + 2.0 * m[:, i, i] - trace for i in range(3)] + [1.0 + trace], axis=1)
-    pairs = np.empty((len(m), 4, 4))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        pairs[:, j, k] = pairs[:, k, j] = m[:, j, k] + m[:, k, j]
-        pairs[:, i, 3] = pairs[:, 3, i] = m[:, j, k] - m[:, k, j]
-    for i in range(4):
-        pairs[:, i, i] = squares[:, i]
-    best = pairs[np.arange(len(m)), np.argmax(squares, axis=1)]
-    q = best / np.linalg.norm(best, axis=1, keepdims=True)
-    q[0] *= 1.0 if q[0, 3] >= 0.0 else -1.0
-    turns = np.where(np.sum(q[1:] * q[:-1], axis=1) < 0.0, -1.0, 1.0)
-    q[1:] *= np.cumprod(turns)[:, None]
-    return q
 
 
 def _triad(r: Numbers, v: Numbers) -> Numbers:

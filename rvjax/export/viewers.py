@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from rvjax.analysis.trace_frames import quaternions, rotation
 from rvjax.export.exported import Exported, Numbers
-from rvjax.export.inertial import quaternions, rotation
 
 
 def poses(trace: Exported, port: Numbers) -> tuple[Numbers, Numbers]:

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 
+from rvjax.physics.constants import MU_EARTH
 from rvjax.physics.state import Measurement, Motion, Plant, PointMotion, TargetMotion
 from rvjax.physics.vectors import (
     Channels,
@@ -35,9 +36,6 @@ from rvjax.physics.vectors import (
     rotate,
     rotation,
 )
-
-MU_EARTH = 3.986004418e14
-"""Gravitational parameter of the Earth, m³/s² (IERS Conventions 2010, table 1.1, TT-compatible)."""
 
 
 class Relative(NamedTuple):

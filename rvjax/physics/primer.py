@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.constants import MU_EARTH
 from rvjax.physics.free_motion import FreeMotion, rk4
 from rvjax.physics.thruster_allocation import back, cholesky
 from rvjax.physics.vectors import Channels, Scalar, Vector, cross, dot, norm

@@ -5,6 +5,7 @@ from __future__ import annotations
 from tests.mutants.mutant import Mutant
 
 INERTIAL, CCSDS, DOCUMENTS, EXPORTING = "export/inertial.py", "export/ccsds.py", "export/documents.py", "execution/exporting.py"
+TRACE_FRAMES = "analysis/trace_frames.py"
 PLACES, TURNS = "export/test_ccsds.py::test_positions_and_velocities", "export/test_ccsds.py::test_attitudes_and_rates"
 HEAD = "export/test_ccsds.py::test_the_head_says_frames_epoch_and_object"
 FIELDS, CSV, JSON = (
@@ -28,7 +29,7 @@ MUTANTS = (
     Mutant("drawn values among the fixed", FIXED, "if isinstance(part, Fixed)}", "}", DEFAULTS),
     Mutant("the correlation with another result", DRAWS, "known[result][draw])", "known[[*known][-1]][draw])", "report/test_which_draws.py::test_rank_correlations_stand_beside_xi"),
     Mutant("a requirement that loses its origin", "campaign/requirement.py", "if (text := getattr(self, name)) is not None", "if (text := getattr(self, name)) is None", TRACED),
-    Mutant("two requirements of one id", "campaign/model.py", "name in ids[:index]]", "name in ids[:0]]", "campaign/test_campaign.py::test_bad_file"),
+    Mutant("two requirements of one id", "campaign/requirement.py", "name in ids[:index]]", "name in ids[:0]]", "campaign/test_campaign.py::test_bad_file"),
     Mutant("a browser that is only asked to print", "cli/view.py", "not only_print and webbrowser.open", "webbrowser.open", VIEW),
     Mutant("a browser that is believed", "report/pdf.py", 'if not target.exists() or not (data := target.read_bytes()).startswith(b"%PDF"):', "if (data := b'') is None:", "report/test_plots.py::test_pdf_without_a_browser_is_refused_at_once"),
     Mutant("a line for each batch in a notebook", "execution/progress_display.py", "        if self._handle is None:\n", "        if True:\n", "run/test_progress.py::test_a_search_shows_its_lines"),
@@ -40,13 +41,13 @@ MUTANTS = (
     Mutant("an ellipse without its radial speed", INERTIAL, "radial * (1.0 - cos) - mean", "0.0 * (1.0 - cos) - mean", PLACES),
     Mutant("a target that does not turn at the start", INERTIAL, "plane @ rotation(attitude_mrp[None])[0].T", "plane", PLACES),
     Mutant("metres in the place of kilometres", CCSDS, "axis=1) / 1000.0", "axis=1)", PLACES),
-    Mutant("the inverse quaternion", INERTIAL, "pairs[:, i, 3] = pairs[:, 3, i] = m[:, j, k] - m[:, k, j]", "pairs[:, i, 3] = pairs[:, 3, i] = m[:, k, j] - m[:, j, k]", TURNS),
-    Mutant("a quaternion that jumps to the other side", INERTIAL, "q[1:] *= np.cumprod(turns)[:, None]", "pass", TURNS),
+    Mutant("the inverse quaternion", TRACE_FRAMES, "pairs[:, i, 3] = pairs[:, 3, i] = m[:, j, k] - m[:, k, j]", "pairs[:, i, 3] = pairs[:, 3, i] = m[:, k, j] - m[:, j, k]", TURNS),
+    Mutant("a quaternion that jumps to the other side", TRACE_FRAMES, "    return _continuous(q)\n\n\ndef turned", "    return q\n\n\ndef turned", TURNS),
     Mutant("a rate relative to the target", INERTIAL, ' + np.einsum("tij,tj->ti", relative, w)', "", TURNS),
     Mutant("rates in radians", CCSDS, "np.degrees(motion.rate)", "motion.rate", TURNS),
     Mutant("a day of more than 24 hours", CCSDS, "timedelta(seconds=whole)", "timedelta(seconds=0)", HEAD),
     Mutant("one object in two messages", EXPORTING, 'f"{spec.name.upper()}-{body.upper()}"', "spec.name.upper()", HEAD),
-    Mutant("NaN in a message", EXPORTING, "np.isfinite(numbers).all(axis=1)", "np.ones(len(numbers), dtype=bool)", "export/test_ccsds.py::test_a_flight_that_diverged_ends_before"),
+    Mutant("NaN in a message", EXPORTING, "np.isfinite(motion).all(axis=1)", "np.ones(len(motion), dtype=bool)", "export/test_ccsds.py::test_a_flight_that_diverged_ends_before"),
     Mutant("names cut to 31 letters by SciPy's error", DOCUMENTS, "long_field_names=True", "long_field_names=False", FIELDS),
     Mutant("two columns in one field", DOCUMENTS, "while field in taken:", "while False:", "export/test_documents.py::test_names_of_fields_are_valid_and_different"),
     Mutant("infinity that is no number", DOCUMENTS, '"Infinity" if value > 0 else "-Infinity"', "None", JSON),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from tests.mutants.mutant import Mutant
 
 BLOCKS, FLIGHTS = "report/interactive/data_blocks.py", "report/interactive/flights.py"
+TRACE_FRAMES = "analysis/trace_frames.py"
 SCENE, PARTS, SAMPLES = "report/interactive/scene.py", "report/interactive/page_parts.py", "report/interactive/samples.py"
 SCRIPTS = "report/interactive/scripts/"
 
@@ -27,10 +28,10 @@ MUTANTS = (
     Mutant("block: codes are rounded down", BLOCKS, "np.rint(values[usable]", "np.floor(values[usable]", BACK),
     Mutant("block: a quantum for all 65,536 codes", BLOCKS, "MOST = 65532", "MOST = 65535", BACK),
     Mutant("block: low bytes first", BLOCKS, "(zigzag >> 8)", "(zigzag << 0)", WHOLE),
-    Mutant("replay: quaternions jump with the MRP", FLIGHTS, "np.where(along < 0.0, -1.0, 1.0)", "np.where(along < 0.0, 1.0, 1.0)", MOTION),
-    Mutant("replay: vectors turned the other way", FLIGHTS, "v) + q[:, :1] * v)", "v) - q[:, :1] * v)", MOTION),
+    Mutant("replay: quaternions jump with the MRP", TRACE_FRAMES, "np.where(along < 0.0, -1.0, 1.0)", "np.where(along < 0.0, 1.0, 1.0)", MOTION),
+    Mutant("replay: vectors turned the other way", TRACE_FRAMES, "v) + q[:, 3:] * v)", "v) - q[:, 3:] * v)", MOTION),
     Mutant("replay: LVLH has turned twice", FLIGHTS, "(rate[1:] + rate[:-1]) / 2)", "(rate[1:] + rate[:-1]))", MOTION),
-    Mutant("replay: H-bar along the orbit normal", FLIGHTS, "-h / np.linalg.norm(h, axis=1)", "h / np.linalg.norm(h, axis=1)", MOTION),
+    Mutant("replay: H-bar along the orbit normal", TRACE_FRAMES, "-h / np.linalg.norm(h, axis=1, keep", "h / np.linalg.norm(h, axis=1, keep", MOTION),
     Mutant("replay: an interval of violation is an instant too long", FLIGHTS, "int(behind) - 1)", "int(behind))", ZONES),
     Mutant("replay: a corridor without its radius", SCENE, "axis * (corridor.radius_m / ", "axis * (0.0 / ", ZONES),
     Mutant("replay: nominal limits", SCENE, "value * factor for value", "value for value", FAULTS),

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from rvjax.components.disturbances import j2_difference
 from rvjax.errors import CampaignError
-from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.constants import MU_EARTH
 from rvjax.physics.state import Motion, State, TargetMotion, Tick
 from rvjax.physics.vectors import Vector
 from rvjax.simulation.problem import load

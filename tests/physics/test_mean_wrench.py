@@ -18,7 +18,7 @@ import pandas as pd
 import pytest
 
 from rvjax.columns import CHANNELS
-from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.constants import MU_EARTH
 from rvjax.physics.vectors import Channels
 from rvjax.simulation import closed_loop
 from rvjax.simulation.batch import Flyer

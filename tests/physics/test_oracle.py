@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rvjax.physics.dynamics import MU_EARTH
+from rvjax.physics.constants import MU_EARTH
 from rvjax.simulation.closed_loop import Drawn
 from tests import flights
 from tests.flights import Recorder

@@ -25,7 +25,8 @@ import jax.numpy as jnp
 from rvjax.campaign import Model, Quantity, scalar
 from rvjax.components.disturbances.interface import Disturbance
 from rvjax.components.registry import Component
-from rvjax.physics.dynamics import MU_EARTH, Relative
+from rvjax.physics.constants import MU_EARTH
+from rvjax.physics.dynamics import Relative
 from rvjax.physics.elementary import cos, sin
 from rvjax.physics.state import Numbers, Plant, State, TargetMotion, Tick
 from rvjax.physics.vectors import Channels, Scalar, Vector, cross, dot, norm, rotate

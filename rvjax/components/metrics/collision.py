@@ -25,7 +25,8 @@ import jax.numpy as jnp
 
 from rvjax.columns import Column
 from rvjax.components.metrics.interface import Metric, MetricContext
-from rvjax.physics.dynamics import MU_EARTH, target_alpha
+from rvjax.physics.constants import MU_EARTH
+from rvjax.physics.dynamics import target_alpha
 from rvjax.physics.hulls import Hull, Pose, least_distance, length, pose
 from rvjax.physics.state import Step
 from rvjax.physics.vectors import Channels, Rotation, Scalar, Vector, cross, dot, each, rotate, rotate_back, rotation

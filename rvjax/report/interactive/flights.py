@@ -21,27 +21,22 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from rvjax.analysis.sample_values import Row, numbers, port
+from rvjax.analysis.trace_frames import Values, lvlh, quaternions, quaternions_of_mrp, turned, vectors
 from rvjax.campaign import Spec
-from rvjax.columns import AXES, CHANNELS, metric_column
+from rvjax.columns import CHANNELS, metric_column
 from rvjax.report.fault_severity import times
-from rvjax.report.interactive.scene import Row, numbers, outside_corridor, port
-
-Values = NDArray[np.float64]
+from rvjax.report.interactive.scene import outside_corridor
 
 ZONES = {"corridor": "outside the corridor", "keep_out": "in the keep-out zone"}
 
 
-def vectors(trace: pd.DataFrame, form: str) -> Values:
-    """(n, 3) of a trace. form: of its columns, `rho_{}_m`."""
-    return np.stack([trace[form.format(axis)].to_numpy(dtype=float) for axis in AXES], axis=1)
-
-
 def motion(trace: pd.DataFrame, spec: Spec, row: Row) -> dict[str, Values]:
     """The columns of a flight, without the time."""
-    attitude = quaternions(vectors(trace, "sigma_{}"))
+    attitude = quaternions_of_mrp(vectors(trace, "sigma_{}"))
     place = turned(attitude, vectors(trace, "rho_{}_m")) + np.array(port(spec, row))
     columns = dict(zip(("px", "py", "pz"), place.T, strict=True))
-    columns |= {f"q{i}": part for i, part in enumerate(attitude.T)}
+    columns |= _named("q", attitude)
     if "target_r_x_m" in trace:
         columns |= _orbit(trace)
     columns["speed"] = np.linalg.norm(vectors(trace, "nu_{}_m_s"), axis=1)
@@ -54,53 +49,14 @@ def motion(trace: pd.DataFrame, spec: Spec, row: Row) -> dict[str, Values]:
 def _orbit(trace: pd.DataFrame) -> dict[str, Values]:
     """The attitude of LVLH in T, and how far it has turned."""
     r, v, t = vectors(trace, "target_r_{}_m"), vectors(trace, "target_v_{}_m_s"), trace["t_s"].to_numpy(dtype=float)
-    h = np.cross(r, v)
-    z, y = -r / np.linalg.norm(r, axis=1)[:, None], -h / np.linalg.norm(h, axis=1)[:, None]
-    axes = np.stack([np.cross(y, z), y, z], axis=2)  # columns: components in LVLH → in T
-    rate = np.linalg.norm(h, axis=1) / np.sum(r * r, axis=1)
+    rate = np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r * r, axis=1)
     turn = np.concatenate([[0.0], np.cumsum(np.diff(t) * (rate[1:] + rate[:-1]) / 2)])
-    return {f"l{i}": part for i, part in enumerate(_of_rotations(axes).T)} | {"turn": turn}
+    return _named("l", quaternions(np.swapaxes(lvlh(r, v), 1, 2))) | {"turn": turn}
 
 
-def quaternions(sigma: Values) -> Values:
-    """(n, 4) of modified Rodrigues parameters (n, 3): ((1 − σᵀσ), 2σ)/(1 + σᵀσ), without jumps of sign."""
-    square = np.sum(sigma * sigma, axis=1, keepdims=True)
-    return _continuous(np.concatenate([1.0 - square, 2.0 * sigma], axis=1) / (1.0 + square))
-
-
-def _continuous(q: Values) -> Values:
-    """Each quaternion with the sign that is nearer to the one before it."""
-    along = np.sum(q[1:] * q[:-1], axis=1)
-    signs = np.where(along < 0.0, -1.0, 1.0)
-    return q * np.concatenate([[1.0], np.cumprod(signs)])[:, None]
-
-
-def _of_rotations(m: Values) -> Values:
-    """(n, 4) of rotation matrices (n, 3, 3): the row of 4 q qᵀ with the largest diagonal entry, divided by its length.
-
-    S. Shepperd, "Quaternion from rotation matrix", J. Guidance and Control, 1978.
-    """
-    xx, yy, zz = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
-    a, b, c = m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]
-    d, e, f = m[:, 0, 1] + m[:, 1, 0], m[:, 0, 2] + m[:, 2, 0], m[:, 1, 2] + m[:, 2, 1]
-    rows = np.stack(
-        [
-            np.stack([1 + xx + yy + zz, a, b, c], axis=1),
-            np.stack([a, 1 + xx - yy - zz, d, e], axis=1),
-            np.stack([b, d, 1 - xx + yy - zz, f], axis=1),
-            np.stack([c, e, f, 1 - xx - yy + zz], axis=1),
-        ],
-        axis=1,
-    )
-    best = np.argmax(np.einsum("nii->ni", rows), axis=1)
-    q = rows[np.arange(len(m)), best]
-    return _continuous(q / np.linalg.norm(q, axis=1, keepdims=True))
-
-
-def turned(q: Values, v: Values) -> Values:
-    """v + 2 u × (u × v + q0 v), u: the vector part: the vectors (n, 3) turned by the quaternions (n, 4)."""
-    u = q[:, 1:]
-    return v + 2.0 * np.cross(u, np.cross(u, v) + q[:, :1] * v)
+def _named(letter: str, q: Values) -> dict[str, Values]:
+    """The columns of quaternions, which have their scalar first in the page."""
+    return {f"{letter}{i}": q[:, (i + 3) % 4] for i in range(4)}
 
 
 def faults(spec: Spec, row: Row) -> list[dict[str, Any]]:
@@ -136,7 +92,7 @@ def _violations(trace: pd.DataFrame, spec: Spec, row: Row) -> dict[str, NDArray[
     """Which of the kept instants violate the corridor and the keep-out zone, as their metrics define it."""
     offset = vectors(trace, "rho_{}_m")
     distance = np.linalg.norm(offset, axis=1)
-    place = turned(quaternions(vectors(trace, "sigma_{}")), offset) + np.array(port(spec, row))
+    place = turned(quaternions_of_mrp(vectors(trace, "sigma_{}")), offset) + np.array(port(spec, row))
     outside = outside_corridor(place, spec, row) & (distance > spec.capture.position_m)
     length, keep_out = spec.corridor.length_m, spec.target.keep_out
     found = {"corridor": outside & (distance <= (math.inf if length is None else length))}

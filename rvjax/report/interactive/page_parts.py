@@ -146,7 +146,7 @@ def _finite(trace: pd.DataFrame) -> pd.DataFrame:
 
 @cache
 def script(name: str) -> str:
-    """The text of a script, as it is in the page."""
+    """The text of a script in the page."""
     return (_HERE / f"{name}.js").read_text(encoding="utf-8")
 
 

@@ -16,18 +16,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from rvjax.analysis.sample_values import docking_axis, numbers, port
+from rvjax.analysis.trace_frames import Values, lvlh, quaternions_of_mrp, turned, vectors
 from rvjax.columns import metric_column
 from rvjax.report import plotting
 from rvjax.report.blocks import Drawing, Section
-from rvjax.report.interactive.flights import quaternions, turned, vectors
-from rvjax.report.interactive.scene import docking_axis, numbers, port
 from rvjax.report.number_format import count, label, spoken
 from rvjax.report.run_view import CONFIDENCE, Run
 from rvjax.report.sections.settling import required
-
-Values = NDArray[np.float64]
 
 CLOSEST = "closest_approach_m"
 _COLOURS = (plotting.BLUE, plotting.ORANGE, plotting.GREEN, plotting.PURPLE, plotting.SKY)
@@ -65,17 +62,11 @@ def _way(run: Run, sample: int, trace: pd.DataFrame) -> _Way:
     finite = np.isfinite(rho).all(axis=1) & np.isfinite(sigma).all(axis=1)
     worst = run.totals.worst
     row = next(iter(worst.loc[worst["sample"] == sample].to_dict("records")), {})
-    place = turned(quaternions(sigma[finite]), rho[finite]) + np.array(port(run.spec, row)) if finite.any() else rho[:0]
+    place = turned(quaternions_of_mrp(sigma[finite]), rho[finite]) + np.array(port(run.spec, row)) if finite.any() else rho[:0]
     orbit = None
     if "target_r_x_m" in trace:
-        r, v = (vectors(trace, form)[finite] for form in ("target_r_{}_m", "target_v_{}_m_s"))
-        z, y = -_unit(r), -_unit(np.cross(r, v))
-        orbit = np.stack([np.cross(y, z), y, z], axis=2)
+        orbit = lvlh(*(vectors(trace, form)[finite] for form in ("target_r_{}_m", "target_v_{}_m_s")))
     return _Way(sample, place, orbit, row)
-
-
-def _unit(v: Values) -> Values:
-    return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
 def _views(run: Run, ways: list[_Way]) -> Drawing:
