@@ -90,9 +90,7 @@ def provenance(command: Sequence[str], overrides: Sequence[str]) -> dict[str, An
 
 def fixed(problem: Problem) -> dict[str, Any]:
     """The fixed values of the campaign with those of its components, for the report, which knows no component."""
-    parts = (*problem.faults, *problem.disturbances, *problem.navigation, *problem.actuation, *problem.effects, *problem.chosen)
-    known = (problem.controller, problem.guidance, *parts)
-    models = {part.place: part.parameters for part in known if part.parameters is not None}
+    models = {part.place: part.parameters for part in problem.parts if part.parameters is not None}
     return {name: list(value) for name, value in fixed_values(problem.spec, models).items()}
 
 

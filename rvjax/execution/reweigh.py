@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -91,10 +91,7 @@ def reweigh(
     anchor = Anchor(_places(old, overrides), f"or a fresh run: {fresh}")
     law = other_law(old, new, anchor)
     evaluators = [RequirementEvaluator(requirement) for requirement in (CAPTURED, *_shown(old.spec.require, named))]
-    names = list(folder.columns())
-    columns = dict.fromkeys(name for evaluator in evaluators for name in evaluator.columns(names))
-    columns |= dict.fromkeys(map(draw_column, law.draws))
-    frame = pd.concat([part for _, part, _ in folder.some(["sample", "outcome", *columns])], ignore_index=True)
+    frame = table(folder, evaluators, law.draws)
     found = replace(_reweighed(law, frame, evaluators, confidence, fresh), pinned=tuple(pins), named=named)
     if all(share.thinned is None and share.weighted is None for share in found.shares):
         raise CampaignError([anchor.finding((), "; ".join(found.refusals), "accepted: laws nearer to those of the run")])
@@ -108,6 +105,14 @@ def complete(place: str | Place) -> RunFolder:
         raise IncompleteError(f"{place}: {missing} samples are missing; `rvjax run` with the same --out flies them")
     campaign_of(folder)
     return folder
+
+
+def table(folder: RunFolder, evaluators: Sequence[RequirementEvaluator], draws: Iterable[str]) -> pd.DataFrame:
+    """All samples, with the columns that the requirements need and with these draws."""
+    names = list(folder.columns())
+    columns = dict.fromkeys(name for evaluator in evaluators for name in evaluator.columns(names))
+    columns |= dict.fromkeys(map(draw_column, draws))
+    return pd.concat([part for _, part, _ in folder.some(["sample", "outcome", *columns])], ignore_index=True)
 
 
 def check_whole(folder: RunFolder, problem: Problem, instead: str = "") -> None:

@@ -19,7 +19,7 @@ from rvjax.campaign.law_words import in_words
 from rvjax.columns import draw_column
 from rvjax.components.samplers import sampling_design_of
 from rvjax.errors import CampaignError, UsageError
-from rvjax.execution.reweigh import CAPTURED, check_whole, complete
+from rvjax.execution.reweigh import CAPTURED, check_whole, complete, table
 from rvjax.places import Place
 from rvjax.simulation.law_checks import hindrance, numbers_of
 from rvjax.simulation.problem import Problem, load
@@ -88,10 +88,7 @@ def slopes(place: str | Place, confidence: float = 0.95) -> SlopesOfRun:
             left_out[title(requirement)] = "a requirement on a mean, on a class or under a law"
         elif requirement.metric != "captured" or requirement is CAPTURED:
             evaluators.append(RequirementEvaluator(requirement))
-    names = list(folder.columns())
-    columns = dict.fromkeys(name for evaluator in evaluators for name in evaluator.columns(names))
-    columns |= dict.fromkeys(draw_column(draw) for draws, _ in laws.values() for draw in draws)
-    frame = pd.concat([part for _, part, _ in folder.some(["sample", "outcome", *columns])], ignore_index=True)
+    frame = table(folder, evaluators, (draw for draws, _ in laws.values() for draw in draws))
     return SlopesOfRun(len(frame), tuple(_table(evaluator, frame, laws, confidence) for evaluator in evaluators), left_out)
 
 

@@ -172,16 +172,10 @@ def hindrance(problem: Problem, name: str, draws: tuple[str, ...], numbers: Numb
     return None
 
 
-def _parts(problem: Problem) -> Iterator[Part]:
-    """Every component with numbers."""
-    yield from (problem.controller, problem.guidance, *problem.faults, *problem.disturbances, *problem.navigation)
-    yield from (*problem.actuation, *problem.effects, *problem.chosen)
-
-
 def numbers_of(problem: Problem) -> dict[str, Numbers]:
     """Every quantity by its name."""
     found = {name: Numbers(quantity, tuple(name.split("."))) for name, quantity in problem.spec.quantities().items()}
-    for part in _parts(problem):
+    for part in problem.parts:
         assert part.parameters is not None
         for name, quantity in part.parameters.quantities(part.prefix).items():
             below = name.removeprefix(f"{part.prefix}.").split(".")
@@ -195,7 +189,7 @@ def _structure_of(problem: Problem) -> dict[Place, Any]:
     found: dict[Place, Any] = {
         (name,): _without_numbers(getattr(spec, name)) for name in type(spec).model_fields if name not in WITHOUT_EFFECT
     }
-    return found | {part.place: _without_numbers(part.parameters) for part in _parts(problem)}
+    return found | {part.place: _without_numbers(part.parameters) for part in problem.parts}
 
 
 def _without_numbers(value: Any) -> Any:

@@ -94,6 +94,12 @@ class Problem:
     laws: Mapping[str, OtherLaw] = field(default_factory=dict[str, OtherLaw])
 
     @property
+    def parts(self) -> tuple[Part, ...]:
+        """Every component with numbers."""
+        flown = (self.controller, self.guidance, *self.faults, *self.disturbances, *self.navigation)
+        return (*flown, *self.actuation, *self.effects, *self.chosen)
+
+    @property
     def metric_columns(self) -> dict[str, Column]:
         """The columns `metric.<name>` of the samples table, by name of the metric."""
         return {name: column for metric in self.metrics for name, column in metric.columns.items()}
