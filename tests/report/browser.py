@@ -10,7 +10,6 @@ import base64
 import json
 import os
 import select
-import shutil
 import subprocess
 import time
 from collections.abc import Callable, Sequence
@@ -18,7 +17,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+import pytest
+
+from rvjax.errors import UsageError
+from rvjax.report import pdf
+
 FLAGS = (
     "--headless=new", "--no-sandbox", "--disable-gpu-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-extensions",
@@ -30,8 +33,17 @@ PATIENCE_S = 120.0
 
 def executable() -> str | None:
     """The path of a Chromium, or None."""
-    given = os.environ.get("RVJAX_CHROMIUM")
-    return given or next((path for name in NAMES if (path := shutil.which(name))), None)
+    try:
+        return pdf.browser()
+    except UsageError:
+        return None
+
+
+def required() -> None:
+    """Skips the test where there is no Chromium; fails where RVJAX_BROWSER_TESTS asks for it."""
+    if executable() is None:
+        assert not os.environ.get("RVJAX_BROWSER_TESTS"), "no Chromium, though RVJAX_BROWSER_TESTS asks for these tests"
+        pytest.skip(f"no Chromium on the PATH, and none in {pdf.CHOSEN}")
 
 
 class Browser:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import webbrowser
 from collections.abc import Callable
@@ -22,6 +21,7 @@ from rvjax.report.run_view import open_run
 from rvjax.report.sections import sections
 from tests.once import made_once
 from tests.program import Run
+from tests.report.browser import required
 from tests.report.conftest import Within
 
 
@@ -107,12 +107,7 @@ def test_pdf_without_a_browser_is_refused_at_once(
 
 def test_a_chromium_prints_the_report(folder: Path, rvjax: Run) -> None:
     """Kills: a PDF that is not sealed; one of an earlier report that stays."""
-    if os.environ.get("CI"):
-        pytest.skip("no browser is driven in CI")
-    try:
-        pdf.browser()
-    except UsageError as missing:
-        pytest.skip(str(missing))
+    required()
     code, out, _ = rvjax("report", folder, "--pdf", "--json")
     assert code == 0
     printed = Path(json.loads(out)["pdf"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -17,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from rvjax.report import build
 from rvjax.report.interactive.data_blocks import MOST
-from tests.report.browser import Browser, executable
+from tests.report.browser import Browser, required
 from tests.report.replay_folder import PORT, add_traces
 
 KEPT = [0, 4, 17]
@@ -48,9 +47,7 @@ def table(folder: Path) -> pd.DataFrame:
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    if executable() is None:
-        assert not os.environ.get("RVJAX_BROWSER_TESTS"), "no Chromium, though RVJAX_BROWSER_TESTS asks for these tests"
-        pytest.skip("no Chromium on the PATH, and none in RVJAX_CHROMIUM")
+    required()
     with Browser(tmp_path_factory.mktemp("profile")) as opened:
         yield opened
 

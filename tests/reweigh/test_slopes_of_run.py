@@ -8,23 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rvjax.execution.run import run
 from rvjax.execution.slopes import SlopesOfRun, slopes
 from rvjax.run_folder import RunFolder
 from rvjax.stats import clopper_pearson
-from tests.once import made_once
 from tests.program import Run
-from tests.reweigh.test_reweigh import CAMPAIGN
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    def make(path: Path) -> None:
-        path.mkdir()
-        (path / "reweighed.yaml").write_text(CAMPAIGN)
-        run(path / "reweighed.yaml", path / "run", progress=False)
-
-    return made_once(tmp_path_factory, "reweighed", make) / "run"
 
 
 @pytest.fixture(scope="module")
