@@ -22,7 +22,7 @@ from benchmarks.rare_margins import CASES, Case
 from rvjax.stats.rare import splitting
 
 BLOCK = 1000
-"""OpenTURNS calls the margin with so many points."""
+"""Points of each call of the margin by OpenTURNS."""
 
 SHOWN = ("linear 1e-6", "two-sided 1e-6", "4 half-spaces")
 

@@ -129,7 +129,7 @@ class _NotebookLine:
         self.say(line)
 
     def say(self, text: str) -> None:
-        """The text in the place of the one before."""
+        """Replaces the text shown before."""
         from IPython.display import display as show  # pyright: ignore[reportMissingImports]
 
         content = {"text/plain": text}

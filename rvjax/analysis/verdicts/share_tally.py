@@ -219,7 +219,7 @@ class ShareTally:
 
 
 def _flights(more: int | None, under: Under) -> int | None:
-    """How many flights give so many samples of a law; None above `sentences.MANY`."""
+    """The flights that are needed for `more` samples of a law; None above `sentences.MANY`."""
     if more is None or not under.kept:
         return None
     flights = math.ceil(more * under.flown / under.kept)

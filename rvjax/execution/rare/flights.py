@@ -26,7 +26,7 @@ MARGIN = Column("search.margin", "1", "margin of the requirement; 0 or below: th
 POINTS = Column("search.points", "", "of the chunk's points: the beginning of their SHA-256, as a number")
 
 GROWTH = 256
-"""The folder of a search grows by so many chunks at a time, since each time its manifest is written."""
+"""Chunks by which the folder of a search grows; growing writes its manifest."""
 
 
 class RareFlights:
@@ -87,7 +87,7 @@ class RareFlights:
         self._folder.take_all(files)
 
     def _written(self, most: int = 0) -> None:
-        """Waits until at most so many calls are not written yet, and raises what kept them from it."""
+        """Waits until at most `most` calls are not written. Errors as in `RunFolder.take_all`."""
         while len(self._writing) > most:
             self._writing.pop(0).result()
 
