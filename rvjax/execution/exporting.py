@@ -8,7 +8,7 @@ A trace is the kept one, or flown again with the same rows, bit for bit; JAX is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -165,13 +165,13 @@ def _flight(folder: RunFolder, spec: Spec, sample: int, options: Options) -> Fli
     return Flight(Exported("trace", *table, facts), spec, row, options)
 
 
-def _tables(path: Path, table: Exported) -> dict[Path, bytes]:
+def _tables(path: Path, table: Exported) -> dict[Path, Iterable[bytes]]:
     if path.suffix == ".csv":
         return dict(zip(_files(path), documents.csv(table), strict=True))
-    return {path: documents.document(table) if path.suffix == ".json" else documents.matlab(table)}
+    return {path: documents.document(table) if path.suffix == ".json" else documents.mat(table)}
 
 
-def _messages(path: Path, flight: Flight) -> dict[Path, bytes]:
+def _messages(path: Path, flight: Flight) -> dict[Path, Iterable[bytes]]:
     """A message of each body."""
     motion, epoch, spec = flight.absolute, ccsds.Epoch.of(flight.options.epoch), flight.spec
     (node, inclination, perigee), facts = flight.options.plane, flight.trace.facts
@@ -188,7 +188,7 @@ def _messages(path: Path, flight: Flight) -> dict[Path, bytes]:
     message = ccsds.Message(epoch, objects, comments, datetime.now(UTC))
     write: Callable[..., str] = message.oem if path.suffix == ".oem" else message.aem
     parts = zip(_files(path), BODIES, strict=True)
-    return {name: write(body, motion.t, getattr(motion, body)).encode("ascii") for name, body in parts}
+    return {name: [write(body, motion.t, getattr(motion, body)).encode("ascii")] for name, body in parts}
 
 
 def _record(path: Path, flight: Flight) -> list[Path]:
@@ -200,10 +200,11 @@ def _record(path: Path, flight: Flight) -> list[Path]:
     return [path]
 
 
-def _write(path: Path, files: Mapping[Path, bytes]) -> list[Path]:
+def _write(path: Path, files: Mapping[Path, Iterable[bytes]]) -> list[Path]:
     try:
-        for name, data in files.items():
-            name.write_bytes(data)
+        for name, parts in files.items():
+            with name.open("wb") as file:
+                file.writelines(parts)
     except OSError as error:
         raise UsageError(f"{path}: cannot be written ({error.strerror}); accepted: a path that can be written") from error
     return [*files]

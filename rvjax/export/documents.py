@@ -1,26 +1,26 @@
-"""A table as CSV with a companion that has units and descriptions, as JSON, and as MATLAB v5."""
+"""A table as CSV with a companion that has units and descriptions, as JSON, and as MATLAB v5: bytes, some rows at a time."""
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from rvjax.columns import Column
 from rvjax.errors import UsageError
+from rvjax.export import matlab
 from rvjax.export.exported import Exported
 
 FORMAT = 1
 """Of the JSON document."""
 
-LONGEST = 63
-"""Letters of a name in MATLAB 7 and later."""
+ROWS = 16_384
+"""Rows that are written at once."""
 
 _FACTS = ("name", "unit", "description", "better", "kind", "law")
 _KEYWORDS = frozenset(
@@ -31,46 +31,49 @@ _KEYWORDS = frozenset(
 )
 
 
-def csv(table: Exported) -> tuple[bytes, bytes]:
+def csv(table: Exported) -> tuple[Iterator[bytes], Iterator[bytes]]:
     """The table, numbers in the shortest digits that give the same bits; and its columns: name, unit, description."""
     rows = [{fact: getattr(_column(table, name), fact) for fact in _FACTS} for name in table.frame.columns]
-    return table.frame.to_csv(index=False).encode(), pd.DataFrame(rows, columns=_FACTS).to_csv(index=False).encode()
+    return _lines(table.frame), _lines(pd.DataFrame(rows, columns=_FACTS))
 
 
-def document(table: Exported) -> bytes:
+def document(table: Exported) -> Iterator[bytes]:
     """Strict JSON: facts of the run, columns, and an array for each column. Not finite numbers are the words NaN, Infinity and
     -Infinity."""
     columns = {name: {fact: getattr(_column(table, name), fact) for fact in _FACTS[1:]} for name in table.frame.columns}
-    data = {str(name): [_json(value) for value in series.tolist()] for name, series in table.frame.items()}
-    document = {"format": FORMAT, "table": table.name, "run": dict(table.facts), "columns": columns, "data": data}
-    return json.dumps(document, allow_nan=False, ensure_ascii=False, indent=None).encode() + b"\n"
+    head = _dumped({"format": FORMAT, "table": table.name, "run": dict(table.facts), "columns": columns, "data": {}})
+    yield head.removesuffix(b"}}")
+    for place, (name, series) in enumerate(table.frame.items()):
+        yield (b", " if place else b"") + _dumped(str(name)) + b": ["
+        for begin in _blocks(len(series)):
+            values = _dumped([_json(value) for value in series.iloc[begin : begin + ROWS].tolist()])
+            yield (b", " if begin else b"") + values.removeprefix(b"[").removesuffix(b"]")
+        yield b"]"
+    yield b"}}\n"
 
 
-def matlab(table: Exported) -> bytes:
+def mat(table: Exported) -> Iterator[bytes]:
     """MATLAB v5: a struct of columns, and structs with the same fields: units, descriptions, names; and run, a struct of facts.
 
     Field names are valid in MATLAB 7 and later, up to 63 letters; `names` has the name of each column as in the run folder.
     UsageError where the table is too large for the format.
     """
-    from scipy.io import savemat
-
     fields = field_names(table.frame.columns)
     described = {field: _column(table, name) for name, field in fields.items()}
-    variables: dict[str, Any] = {
-        table.name: {field: _array(table, name) for name, field in fields.items()},
-        "units": {field: column.unit for field, column in described.items()},
-        "descriptions": {field: column.description for field, column in described.items()},
-        "names": {field: name for name, field in fields.items()},
-        "run": dict(table.facts),
-    }
-    sink = io.BytesIO()
-    try:
-        savemat(sink, variables, format="5", long_field_names=True, do_compression=True, oned_as="column")
-    except Exception as error:
-        if type(error).__name__ != "MatWriteError":
-            raise
-        raise UsageError(f"{len(table.frame):,} rows: too large for MATLAB v5 ({error}); accepted: csv or json") from error
-    return sink.getvalue()
+    facts = {name: matlab.integer(fact) if isinstance(fact, int) else matlab.text(fact) for name, fact in table.facts.items()}
+    variables = (
+        matlab.record({field: matlab.column(pd.Series(table.frame[name])) for name, field in fields.items()}, table.name),
+        matlab.record({field: matlab.text(column.unit) for field, column in described.items()}, "units"),
+        matlab.record({field: matlab.text(column.description) for field, column in described.items()}, "descriptions"),
+        matlab.record({field: matlab.text(name) for name, field in fields.items()}, "names"),
+        matlab.record(facts, "run"),
+    )
+    if (largest := max(variable.size for variable in variables)) > matlab.LARGEST:
+        raise UsageError(
+            f"{len(table.frame):,} rows of {len(fields)} columns: {largest / 1e9:.2f} GB, and a variable of MATLAB v5 has "
+            f"{matlab.LARGEST / 1e9:.2f} GB at most; accepted: csv or json"
+        )
+    return chain([matlab.HEADER], chain.from_iterable(variable.parts() for variable in variables))
 
 
 def field_names(names: Iterable[str]) -> dict[str, str]:
@@ -80,10 +83,10 @@ def field_names(names: Iterable[str]) -> dict[str, str]:
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
         plain = plain if re.match(r"[A-Za-z]", plain) and plain not in _KEYWORDS else f"x_{plain}"
-        field, number = plain[:LONGEST], 1
+        field, number = plain[: matlab.LONGEST], 1
         while field in taken:
             number += 1
-            field = f"{plain[: LONGEST - len(str(number)) - 1]}_{number}"
+            field = f"{plain[: matlab.LONGEST - len(str(number)) - 1]}_{number}"
         taken.add(field)
         fields[name] = field
     return fields
@@ -93,12 +96,19 @@ def _column(table: Exported, name: str) -> Column:
     return table.columns.get(name, Column(name, "", ""))
 
 
-def _array(table: Exported, name: str) -> Any:
-    """A column: numbers as float64, texts as a cell array."""
-    series = pd.Series(table.frame[name])
-    if pd.api.types.is_numeric_dtype(series) or pd.api.types.is_bool_dtype(series):
-        return series.to_numpy(dtype=np.float64)
-    return np.array([[str(value)] for value in series], dtype=object)
+def _lines(frame: pd.DataFrame) -> Iterator[bytes]:
+    """The rows as CSV, some at a time."""
+    for begin in _blocks(len(frame)):
+        yield frame.iloc[begin : begin + ROWS].to_csv(index=False, header=not begin).encode()
+
+
+def _blocks(rows: int) -> range:
+    """The first row of each block; of an empty table, too."""
+    return range(0, max(rows, 1), ROWS)
+
+
+def _dumped(value: Any) -> bytes:
+    return json.dumps(value, allow_nan=False, ensure_ascii=False, indent=None).encode()
 
 
 def _json(value: Any) -> Any:

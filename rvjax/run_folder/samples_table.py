@@ -65,7 +65,8 @@ def join(tables: Mapping[str, tuple[pd.DataFrame, dict[str, Column]]], requested
         if odd := sorted(key for key in others.keys() | columns if others.get(key) != columns.get(key)):
             raise FolderError(f"{name}: other columns than in {first}: {', '.join(odd)}; fly the campaign again")
     frame = pd.concat([frame for frame, _ in tables.values()], ignore_index=True)
-    frame = frame.sort_values("sample", kind="stable", ignore_index=True)
+    if not frame["sample"].is_monotonic_increasing:  # a copy of all
+        frame = frame.sort_values("sample", kind="stable", ignore_index=True)
     sample = frame["sample"].to_numpy()
     different = len(np.unique(sample))
     if different != len(sample) or sample[-1] >= requested:

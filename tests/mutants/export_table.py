@@ -6,6 +6,8 @@ from tests.mutants.mutant import Mutant
 
 INERTIAL, CCSDS, DOCUMENTS, EXPORTING = "export/inertial.py", "export/ccsds.py", "export/documents.py", "execution/exporting.py"
 TRACE_FRAMES = "analysis/trace_frames.py"
+MATLAB = "export/matlab.py"
+KINDS, IN_PARTS = "export/test_matlab.py::test_every_kind_of_value", "export/test_matlab.py::test_rows_are_written_in_parts"
 PLACES, TURNS = "export/test_ccsds.py::test_positions_and_velocities", "export/test_ccsds.py::test_attitudes_and_rates"
 HEAD = "export/test_ccsds.py::test_the_head_says_frames_epoch_and_object"
 FIELDS, CSV, JSON = (
@@ -48,8 +50,14 @@ MUTANTS = (
     Mutant("a day of more than 24 hours", CCSDS, "timedelta(seconds=whole)", "timedelta(seconds=0)", HEAD),
     Mutant("one object in two messages", EXPORTING, 'f"{spec.name.upper()}-{body.upper()}"', "spec.name.upper()", HEAD),
     Mutant("NaN in a message", EXPORTING, "np.isfinite(motion).all(axis=1)", "np.ones(len(motion), dtype=bool)", "export/test_ccsds.py::test_a_flight_that_diverged_ends_before"),
-    Mutant("names cut to 31 letters by SciPy's error", DOCUMENTS, "long_field_names=True", "long_field_names=False", FIELDS),
+    Mutant("names that are cut to 31 letters", MATLAB, ".ljust(LONGEST + 1,", "[:31].ljust(LONGEST + 1,", FIELDS),
+    Mutant("texts of MATLAB with a byte a letter", MATLAB, 'value.encode("utf-16-le")', 'value.encode("latin-1", "replace")', KINDS),
+    Mutant("an empty text of one row", MATLAB, "if data else (0, 0)", "if True else (0, 0)", KINDS),
+    Mutant("large numbers below zero", MATLAB, "if value < 2**63 else", "if value < 0 else", KINDS),
+    Mutant("texts that are written twice", MATLAB, "codes[begin : begin + ROWS]", "codes[begin:]", IN_PARTS),
+    Mutant("a header in each part", DOCUMENTS, "header=not begin", "header=True", IN_PARTS),
+    Mutant("a table that is too large for MATLAB", DOCUMENTS, "> matlab.LARGEST:", "> 1e99:", "export/test_matlab.py::test_a_table_that_is_too_large_is_refused"),
     Mutant("two columns in one field", DOCUMENTS, "while field in taken:", "while False:", "export/test_documents.py::test_names_of_fields_are_valid_and_different"),
     Mutant("infinity that is no number", DOCUMENTS, '"Infinity" if value > 0 else "-Infinity"', "None", JSON),
-    Mutant("rounded digits", DOCUMENTS, "table.frame.to_csv(index=False)", 'table.frame.to_csv(index=False, float_format="%.12g")', CSV),
+    Mutant("rounded digits", DOCUMENTS, "to_csv(index=False, header", 'to_csv(index=False, float_format="%.12g", header', CSV),
 )  # fmt: skip

@@ -27,6 +27,7 @@ TOGETHER = "report/test_replay.py::test_scrubbing_moves_scene_signals_and_table_
 MUTANTS = (
     Mutant("block: codes are rounded down", BLOCKS, "np.rint(values[usable]", "np.floor(values[usable]", BACK),
     Mutant("block: a quantum for all 65,536 codes", BLOCKS, "MOST = 65532", "MOST = 65535", BACK),
+    Mutant("block: zero between two codes", BLOCKS, "if not low < 0.0 <= high:", "if True:", "report/test_page_parts.py::test_zero_comes_back_as_zero"),
     Mutant("block: low bytes first", BLOCKS, "(zigzag >> 8)", "(zigzag << 0)", WHOLE),
     Mutant("replay: quaternions jump with the MRP", TRACE_FRAMES, "np.where(along < 0.0, -1.0, 1.0)", "np.where(along < 0.0, 1.0, 1.0)", MOTION),
     Mutant("replay: vectors turned the other way", TRACE_FRAMES, "v) + q[:, 3:] * v)", "v) - q[:, 3:] * v)", MOTION),

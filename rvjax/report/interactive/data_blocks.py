@@ -3,9 +3,10 @@
     k = round((x − offset)/scale),  x ≈ offset + scale k,  0 ≤ k ≤ 65532          |x − (offset + scale k)| ≤ scale/2
     65533: not a number     65534: −∞     65535: +∞
 
-Each column has its offset and its scale, the quantum. Codes follow each other as differences modulo 2¹⁶, zigzag coded
-(0, −1, 1, −2, … as 0, 1, 2, 3, …); the high bytes of a column stand before its low bytes. All columns of a block are deflated
-together, without a header. `scripts/blocks.js` reads them.
+Each column has its offset and its scale, the quantum. Where 0 is between its values, offset = −m scale with a whole m, so that a
+force of zero is shown as zero; the quantum is then larger by a part in 32,766 at most. Codes follow each other as differences
+modulo 2¹⁶, zigzag coded (0, −1, 1, −2, … as 0, 1, 2, 3, …); the high bytes of a column stand before its low bytes. All columns
+of a block are deflated together, without a header. `scripts/blocks.js` reads them.
 """
 
 from __future__ import annotations
@@ -53,18 +54,28 @@ def block(columns: Mapping[str, NDArray[Any]]) -> Block:
 
 def quantised(values: NDArray[np.float64]) -> tuple[NDArray[np.uint16], float, float]:
     """(n,) codes, offset and scale. The scale of a constant is 0."""
-    finite = values[np.isfinite(values)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
-    scale = high / MOST - low / MOST  # of halves: the width of all floats overflows
-    codes = np.zeros(values.shape, dtype=np.uint16)
     usable = np.isfinite(values)
-    if scale > 0.0 and math.isfinite(scale):
-        codes[usable] = np.clip(np.rint(values[usable] / scale - low / scale), 0, MOST).astype(np.uint16)
-    else:
-        scale = 0.0
+    offset, scale = _grid(values[usable])
+    codes = np.zeros(values.shape, dtype=np.uint16)
+    if scale > 0.0:
+        codes[usable] = np.clip(np.rint(values[usable] / scale - offset / scale), 0, MOST).astype(np.uint16)
     for code, places in ((NAN, np.isnan(values)), (LOW, values == -math.inf), (HIGH, values == math.inf)):
         codes[places] = code
-    return codes, low, scale
+    return codes, offset, scale
+
+
+def _grid(finite: NDArray[np.float64]) -> tuple[float, float]:
+    """Offset and scale, with a code for 0 where it is between two values."""
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    scale = high / MOST - low / MOST  # of halves: the width of all floats overflows
+    if not (scale > 0.0 and math.isfinite(scale)):
+        return low, 0.0
+    if not low < 0.0 <= high:
+        return low, scale
+    below = math.floor(-low / scale)
+    grids = [(m, max(-low / m, high / max(MOST - m, 1))) for m in (below, below + 1) if 1 <= m < MOST or (m == MOST and not high)]
+    m, wider = min(grids, key=lambda grid: grid[1], default=(0, math.inf))
+    return (-m * wider, wider) if math.isfinite(m * wider) else (low, scale)
 
 
 def _bytes(codes: NDArray[np.uint16]) -> bytes:

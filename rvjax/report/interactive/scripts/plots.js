@@ -2,6 +2,10 @@
 /* Parallel coordinates, scatter and histogram of the samples on canvases; dragging over them selects. */
 rvjax.plots = (() => {
   const { number } = rvjax.signals;
+
+  /* Lines of the rest, of the good and of the bad that are stroked at once; where strokes cross, the colour gets denser. */
+  const TOGETHER = [Infinity, 32, 32];
+
   const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
   const ink = () =>
     dark()
@@ -122,9 +126,12 @@ rvjax.plots = (() => {
       this._choose();
       const colours = ink(),
         { context, samples } = this,
-        paths = [new Path2D(), new Path2D(), new Path2D()];
+        paths = [[], [], []],
+        drawn = [0, 0, 0];
       for (let i = 0; i < samples.n; i++) {
-        const path = paths[this.rank(i)];
+        const rank = this.rank(i);
+        if (drawn[rank]++ % TOGETHER[rank] === 0) paths[rank].push(new Path2D());
+        const path = paths[rank].at(-1);
         this.columns.forEach((column, k) => {
           const y = this.y(share(column.ends, column.values[i]));
           if (k) path.lineTo(this.x(k), y);
@@ -138,7 +145,7 @@ rvjax.plots = (() => {
         [colours.bad, Math.max(0.25, 0.8 * many)],
       ].forEach(([colour, alpha], rank) => {
         Object.assign(context, { strokeStyle: colour, globalAlpha: alpha, lineWidth: 1 });
-        context.stroke(paths[rank]);
+        paths[rank].forEach((path) => context.stroke(path));
       });
       context.globalAlpha = 1;
       this.columns.forEach((column, k) => this._axis(column, this.x(k), k, colours));
