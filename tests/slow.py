@@ -54,6 +54,8 @@ SLOW = frozenset(
         "golden/test_golden_flights.py::test_a_flight_has_its_bits_where_libraries_choose_other_functions",
         "golden/test_golden_flights.py::test_a_folder_begun_on_another_machine_is_resumed",
         "golden/test_golden_flights.py::test_every_flight_has_its_bits",
+        "peers/test_peers.py::test_numpy_flies_the_job",
+        "peers/test_peers.py::test_rvjax_flies_the_job",
         "physics/test_actuators.py::test_a_campaign_flies_them[actuators0]",
         "physics/test_adaptation.py::test_estimates_stay_inside_their_bounds",
         "physics/test_collided_flights.py::test_chosen_metrics_of_a_collided_flight",

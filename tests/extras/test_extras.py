@@ -29,6 +29,7 @@ EXTRAS = {
     "tune": ("optuna",),
     "bench": ("diffrax",),
     "crosscheck": ("bsk",),
+    "peers": ("openturns", "bsk", "vbar"),
     "rerun": ("rerun-sdk",),
     "mcap": ("mcap",),
 }
