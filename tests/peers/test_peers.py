@@ -125,7 +125,7 @@ def test_lines_are_those_of_code(tmp_path: Path) -> None:
 def test_a_row() -> None:
     """Kills: the mean instead of the median, a share of another tube, an interval where there is none."""
     result = job.Result([0.1, 0.6, 0.2, 0.5], "1.2", (0.25, 0.875), 3.14159, "PASS")
-    measured = table.Measured("x", 12, [3.0, 1.0, 2.0], [9.0, 5.0, 1.0], [4.0, 2.0, 2.5], [7.0, 6.0, 8.0], result, 0.5, 1, 4.2e-9)
+    measured = table.Measured("x", 12, [6.0, 1.0, 2.0], [9.0, 5.0, 1.0], [4.0, 2.0, 2.5], [7.0, 6.0, 8.0], result, 0.5, 1, 4.2e-9)
     cells = "x | 1.2 | 12 | 2.0 (1.0) | 5.0 (1.0) | 2.50 | 7.0 (6.0) | 3.14 | 2 of 4 | 25.0 to 87.5 % | PASS, 1 | 4e-09"
     assert table.row(measured) == f"| {cells} |"
     bare = measured._replace(result=job.Result([0.1], "1"), apart=0.0)
