@@ -30,6 +30,7 @@ SLOW = frozenset(
         "docs/test_site.py::test_a_broken_link_ends_the_build",
         "docs/test_site.py::test_the_picture_that_moves_is_that_of_its_script",
         "docs/test_site.py::test_the_site_is_built_without_a_warning",
+        "docs/test_study.py::test_a_small_study_runs_to_its_record",
         "elementary/test_normal.py::test_every_digit_is_there_at_many_numbers",
         "engines/test_agreement.py",
         "engines/test_flights.py::test_a_flight_is_that_of_the_interpreter[navigation.yaml]",
