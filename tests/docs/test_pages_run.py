@@ -165,6 +165,7 @@ ELSEWHERE = {
     "docs/cluster.md": "reliability/test_cluster_docs.py",
     "docs/crosscheck.md": "needs Basilisk; physics/test_mean_wrench.py",
     "docs/peers.md": "needs the peers; peers/test_peers.py",
+    "docs/study.md": "an hour; docs/test_study.py runs it in small",
     "docs/extending.md": "docs/test_extending.py",
     "docs/python.md": "docs/test_python_page.py",
 }
