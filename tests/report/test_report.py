@@ -105,7 +105,7 @@ def test_page_needs_nothing_beside_itself(report: Path) -> None:
     assert "default-src 'none'" in text
     assert not [value for name, value in page.attributes if name in ("href", "src", "action") and value[:1] != "#"]
     assert not re.findall(r"url\((?!#)", text)
-    assert not re.findall(r"https?:|@import|//", text)
+    assert not re.findall(r"https?:|@import|//", re.sub("'sha256-[^']*'", "", text))  # a hash in base64 may have //
     ids = [value for name, value in page.attributes if name == "id"]
     assert len(ids) == len(set(ids))
     assert {value[1:] for name, value in page.attributes if name == "href"} <= set(ids)
