@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
-from benchmarks.study.controllers import Entry
-from benchmarks.study.stages import drivers, found
-from rvjax.stats.rare.replicates import proved_lower_bound, student_interval
+from benchmarks.study.controllers import CAMPAIGN, Entry
+from benchmarks.study.stages import drivers, found, loaded
+from rvjax.campaign import load
+from rvjax.columns import CHANNELS
+from rvjax.stats.binomial import clopper_pearson
+from rvjax.stats.paired import mcnemar, pairs_of
+from rvjax.stats.quantiles import quantile_interval
+from rvjax.stats.rare.replicates import student_interval
 
 RECORD = Path(__file__).with_name("results.json")
 KINDS = ("effectiveness", "incipient", "bias", "stuck", "lag", "delay")
 """Faults that some flights have and others do not; `drift` and `dropout` are in every flight."""
-CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 WEAK = 0.4
 """Remaining effectiveness below which a channel is called weak."""
 CONFIDENCE = 0.95
@@ -30,10 +32,6 @@ DRAWS = 3
 Json = dict[str, Any]
 
 
-def _loaded(path: Path) -> Json:
-    return json.loads(path.read_text(encoding="utf-8"))
-
-
 def samples(folder: Path) -> pd.DataFrame:
     """The samples table of a run folder, in the order of the samples."""
     return pd.read_parquet(folder / "samples").sort_values("sample", ignore_index=True)
@@ -41,27 +39,13 @@ def samples(folder: Path) -> pd.DataFrame:
 
 def share(count: int, n: int) -> Json:
     """A share with its Clopper-Pearson interval; [0, 1] of nothing."""
-    if not n:
-        return {"count": 0, "n": 0, "low": 0.0, "high": 1.0}
-    low, high = stats.binomtest(count, n).proportion_ci(CONFIDENCE, method="exact")
-    return {"count": count, "n": n, "low": float(low), "high": float(high)}
-
-
-def _search(folder: Path) -> Json:
-    record, winner = _loaded(folder / "search.json"), found(folder)
-    cost = record["cost"]
-    return {
-        "candidate": winner.candidate,
-        "met": winner.met,
-        "flights": cost["flights"],
-        "full": cost["full"],
-        "gains": winner.gains,
-    }
+    interval = clopper_pearson(count, n, CONFIDENCE)
+    return {"count": count, "n": n, "low": interval.low, "high": interval.high}
 
 
 def _judged(folder: Path) -> Json:
     """Of a run folder: outcomes, verdicts and numbers of its summary."""
-    summary = _loaded(folder / "summary.json")
+    summary = loaded(folder / "summary.json")
     numbers = summary["numbers"]
 
     def interval(name: str) -> Json | None:
@@ -113,15 +97,15 @@ def failures_by_channel(table: pd.DataFrame) -> Json:
 
 def failure_classes(table: pd.DataFrame) -> Json:
     """What became of the flights: each is in one class, the gravest that it is in."""
-    radius = table["metric.window_position_error_m"].to_numpy()
+    inside = (table["metric.window_position_error_m"] <= load(CAMPAIGN).capture.position_m).to_numpy()
     outcome = table.outcome.to_numpy()
     outside = (table["metric.keep_out_violation_s"].to_numpy() > 0) | (table["metric.corridor_violation_s"].to_numpy() > 0)
     classes = {
         "collided": outcome == "collided",
         "not finite": outcome == "not_finite",
         "left the corridor": (outcome == "not_settled") & outside,
-        "attitude only": (outcome == "not_settled") & ~outside & (radius <= 0.05),
-        "position": (outcome == "not_settled") & ~outside & ~(radius <= 0.05),
+        "attitude only": (outcome == "not_settled") & ~outside & inside,
+        "position": (outcome == "not_settled") & ~outside & ~inside,
         "captured": outcome == "captured",
     }
     return {name: int(np.sum(which)) for name, which in classes.items()}
@@ -132,39 +116,32 @@ def against(table: pd.DataFrame, reference: pd.DataFrame) -> Json:
     with an interval by order statistics, over flights that both capture.
     """
     here, there = (each.outcome.to_numpy() == "captured" for each in (table, reference))
-    only, other = int((here & ~there).sum()), int((~here & there).sum())
-    p = float(stats.binomtest(only, only + other).pvalue) if only + other else 1.0
-    both = here & there
-    difference = np.sort((table["metric.delta_v_m_s"] - reference["metric.delta_v_m_s"]).to_numpy()[both])
-    return {"only": only, "other": other, "p": p, "both": len(difference), "delta_v": _median(difference)}
+    both, only, other, _ = pairs_of(here, there)
+    difference = (table["metric.delta_v_m_s"] - reference["metric.delta_v_m_s"]).to_numpy()[here & there]
+    return {"only": only, "other": other, "p": float(mcnemar(only, other)), "both": both, "delta_v": _median(difference)}
 
 
-def _median(ordered: np.ndarray) -> Json | None:
-    """The median of sorted numbers with its interval by order statistics; None of too few."""
-    if len(ordered) <= FEW:
+def _median(values: np.ndarray) -> Json | None:
+    """The median with its interval by order statistics; None of too few."""
+    if len(values) <= FEW:
         return None
-    low, high = (int(rank) for rank in stats.binom(len(ordered), 0.5).interval(CONFIDENCE))
-    return {"value": float(np.median(ordered)), "low": float(ordered[low - 1]), "high": float(ordered[high])}
+    interval = quantile_interval(values, 0.5, CONFIDENCE)
+    return {"value": float(np.median(values)), "low": interval.low, "high": interval.high}
 
 
 def _collisions(folder: Path) -> Json:
-    """Of a search for collisions: the estimate, what is proved, why it was refused, and where failures lie."""
-    record = _loaded(folder / "rare-1" / "rare.json")
-    text = next(each["text"] for each in _loaded(folder / "summary.json")["requirements"] if each["id"] == "collision")
+    """Of a search for collisions: the estimate, why it was refused, and where failures lie."""
+    record = loaded(folder / "rare-1" / "rare.json")
     nominal = student_interval(record["replicates"], CONFIDENCE)
     return {
         "estimate": nominal.value,
         "low": nominal.low,
         "high": nominal.high,
-        "proved": proved_lower_bound(record["replicates"], CONFIDENCE),
         "flights": record["flights"],
-        "ordinary": record["ordinary"],
-        "failing": record["failing"],
         "refusals": record["refusals"],
-        "text": text,
         "regions": [
             {"share": region["share"], "distance": region["distance"], "moved": region["moved"][:DRAWS]}
-            for region in record["regions"][:2]
+            for region in record["regions"][:1]
         ],
     }
 
@@ -186,7 +163,7 @@ def record(entries: Sequence[Entry], out: Path) -> Json:
         folder = folders[entry.name]
         table = samples(folder)
         controllers[entry.name] = {
-            "search": _search(out / "searches" / entry.name),
+            "search": found(out / "searches" / entry.name)._asdict(),
             **_judged(folder),
             "classes": failure_classes(table),
             "kinds": failures_by_kind(table),

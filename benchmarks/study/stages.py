@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ruamel.yaml import YAML
+
 from benchmarks.study.controllers import CAMPAIGN, Entry
 
 JUDGED = (0, 1, 3)
@@ -23,14 +25,6 @@ SEARCH: Mapping[str, Any] = {
 }
 """Section `tune` of every search, without parameters and sizes."""
 
-SEARCHED = (
-    {"metric": "hull_clearance_m", "above": 0.5, "at_least": 0.999, "confidence": 0.95},
-    {"metric": "keep_out_violation_s", "quantile": 0.99, "below": 1, "confidence": 0.95},
-    {"metric": "corridor_violation_s", "quantile": 0.99, "below": 5, "confidence": 0.95},
-    {"metric": "captured", "at_least": 0.99, "confidence": 0.95},
-)
-"""Requirements of every search: those of the campaign that a few thousand samples can judge."""
-
 
 class Size(NamedTuple):
     """samples of the campaign; candidates of a search, and samples of its confirmation; flights of a search for collisions,
@@ -42,6 +36,17 @@ class Size(NamedTuple):
     confirmed: int = 8_320
     flights: int = 30_000
     ordinary: int = 4_160
+
+
+def loaded(path: Path) -> dict[str, Any]:
+    """A document in JSON."""
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def searched() -> list[dict[str, Any]]:
+    """Requirements of every search: those of the campaign that a few thousand samples can judge, so not the one on collisions."""
+    given = YAML(typ="safe").load(CAMPAIGN.read_text(encoding="utf-8"))["require"]
+    return [{key: value for key, value in each.items() if key != "id"} for each in given if each["id"] != "collision"]
 
 
 def _setting(place: str, value: Any) -> list[str]:
@@ -64,28 +69,31 @@ def search(entry: Entry, folder: Path, size: Size) -> None:
         "budget": {"candidates": size.candidates},
         "confirm": {"samples": size.confirmed},
     }
-    given = [*_setting("controller", dict(entry.controller)), *_setting("require", list(SEARCHED)), *_setting("tune", tune)]
+    given = [*_setting("controller", dict(entry.controller)), *_setting("require", searched()), *_setting("tune", tune)]
     command(["tune", str(CAMPAIGN), *given, "--out", str(folder)])
 
 
 class Found(NamedTuple):
     """candidate: its number, 0 for the shipped gains. met: whether it met the requirements on the samples of the search; if not,
-    it is the candidate that came closest. gains: searched and tied ones.
+    it is the candidate that came closest. flights: of the search; full: of all candidates on all samples. gains: searched and
+    tied ones.
     """
 
     candidate: int
     met: bool
+    flights: int
+    full: int
     gains: dict[str, float]
 
 
 def found(folder: Path) -> Found:
     """What a search ended with."""
-    record = json.loads((folder / "search.json").read_text(encoding="utf-8"))
+    record = loaded(folder / "search.json")
     met = not record["missed"]
     number = record["best"] if met else record["closest"]
     row = next(row for row in reversed(record["rows"]) if row["candidate"] == number)
     gains = {name.removeprefix("controller.gains."): value for name, value in row["values"].items()}
-    return Found(number, met, gains)
+    return Found(number, met, record["cost"]["flights"], record["cost"]["full"], gains)
 
 
 def fly(entries: Sequence[Entry], searches: Path, folder: Path, size: Size, dask: str | None) -> None:
