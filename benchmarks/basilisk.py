@@ -21,11 +21,13 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from benchmarks import markdown
+from rvjax.columns import CHANNELS
+
 CAMPAIGNS = Path(__file__).parents[1] / "campaigns"
 FOLDERS = (".", "ci", "scenes")
 """Of shipped campaigns."""
 
-CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 NANO = 1e-9
 
 Array = NDArray[np.float64]
@@ -208,14 +210,10 @@ def row(path: Path, sample: int, overrides: Sequence[str]) -> str:
         halved = flown(path, sample, [*overrides, f"horizon.step_s={flight.step_s / 2.0!r}"])
         again = apart(halved, *repeated(halved))
     except UnfitError as error:
-        return _line([name, f"not repeated: {error}", *[""] * (len(COLUMNS) - 2)])
+        return markdown.row([name, f"not repeated: {error}", *[""] * (len(COLUMNS) - 2)])
     series = (found.position, found.attitude, again.position, again.attitude, found.radius, found.target)
     length = f"{flight.step_s:g}, {flight.trace['t_s'].iloc[-1]:g}"
-    return _line([name, length, *(f"{each[-1]:.1e} / {each.max():.1e}" for each in series)])
-
-
-def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+    return markdown.row([name, length, *(f"{each[-1]:.1e} / {each.max():.1e}" for each in series)])
 
 
 def main() -> int:
@@ -232,8 +230,7 @@ def main() -> int:
     except ImportError:
         print("Basilisk is not installed; accepted: pip install 'rvjax[crosscheck]'", file=sys.stderr)
         return 2
-    print(_line(COLUMNS))
-    print(f"|{'---|' * len(COLUMNS)}")
+    print(markdown.head(COLUMNS))
     for path in given.campaigns or [path for folder in FOLDERS for path in sorted((CAMPAIGNS / folder).glob("*.yaml"))]:
         try:
             print(row(path.resolve(), given.sample, given.overrides), flush=True)

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks import markdown
 from benchmarks.rare_margins import CASES, Case, Keys, Values
 from rvjax.stats.rare import importance, splitting
 from rvjax.stats.rare.points import Points, joined
@@ -102,7 +103,7 @@ def main() -> None:
     print(f"{given.method}: {REPLICATES} replicates of {given.chains} chains of {splitting.STATES} states")
     columns = ("margin", "p", "repeats", "mean p̂/p", "variation", "interval holds", "proved bound holds", "its median")
     columns += ("refused", "flights", "s")
-    print(f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}")
+    print(markdown.head(columns))
     for name in given.case or CASES:
         case, begun = CASES[name](), time.perf_counter()
         counted = Counted(case)

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks import markdown
 from benchmarks.rare_coverage import CHAINS, CONFIDENCE, REPLICATES, Counted, repeat
 from benchmarks.rare_margins import CASES, Case
 from rvjax.stats.rare import splitting
@@ -91,7 +92,7 @@ def main() -> None:
         return
     print(f"{repeats} repeats; OpenTURNS {importlib.metadata.version('openturns')}")
     columns = ("margin", "method", "flights", "mean p̂/p", "variation", "interval, median", "holds", "errors")
-    print(f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}")
+    print(markdown.head(columns))
     for name in SHOWN:
         case = CASES[name]()
         for method, run in (("splitting", by_splitting), ("OpenTURNS", by_openturns)):

@@ -10,6 +10,7 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
+from benchmarks import markdown
 from benchmarks.peers.job import Result
 
 COLUMNS = (
@@ -89,14 +90,9 @@ def row(measured: Measured) -> str:
         f"{result.verdict or 'none'}, {measured.exit}",
         f"{measured.apart:.0e}" if measured.apart else "0",
     )
-    return line(cells)
-
-
-def line(cells: Sequence[str]) -> str:
-    """Of Markdown."""
-    return f"| {' | '.join(cells)} |"
+    return markdown.row(cells)
 
 
 def head() -> str:
     """The names of the columns."""
-    return f"{line(COLUMNS)}\n|{'---|' * len(COLUMNS)}"
+    return markdown.head(COLUMNS)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from benchmarks.study.results import CHANNELS, KINDS
+from benchmarks import markdown
+from benchmarks.study.results import KINDS
+from rvjax.columns import CHANNELS
 
 Json = Mapping[str, Any]
 
@@ -42,8 +44,7 @@ def interval(number: Json | None, form: str) -> str:
 
 def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """In Markdown."""
-    lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
-    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+    return "\n".join([markdown.head(heads), *map(markdown.row, rows)])
 
 
 def _rows(record: Json, row: Callable[[str, Json], Sequence[str]]) -> list[Sequence[str]]:
