@@ -34,11 +34,17 @@ require:
 """
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def flown(factory: pytest.TempPathFactory, name: str, campaign: str) -> Path:
+    """The run folder of a campaign, flown once for all workers."""
+
     def make(path: Path) -> None:
         path.mkdir()
-        (path / "reweighed.yaml").write_text(CAMPAIGN)
-        run(path / "reweighed.yaml", path / "run", progress=False)
+        (path / f"{name}.yaml").write_text(campaign)
+        run(path / f"{name}.yaml", path / "run", progress=False)
 
-    return made_once(tmp_path_factory, "reweighed", make) / "run"
+    return made_once(factory, name, make) / "run"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return flown(tmp_path_factory, "reweighed", CAMPAIGN)

@@ -29,8 +29,8 @@ from rvjax.stats.densities import ratio
 from rvjax.stats.other_laws import Change, OtherLaw
 from rvjax.stats.random_streams import uniforms
 from rvjax.stats.sampling_design import Independent
-from tests.once import made_once
 from tests.program import Run
+from tests.reweigh.conftest import flown
 
 CAMPAIGN = """rvjax: 1
 name: under
@@ -62,12 +62,7 @@ X, T = "draw.faults.effectiveness.remaining.fx", "draw.faults.effectiveness.onse
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    def make(path: Path) -> None:
-        path.mkdir()
-        (path / "under.yaml").write_text(CAMPAIGN)
-        run(path / "under.yaml", path / "run", progress=False)
-
-    return made_once(tmp_path_factory, "under", make) / "run"
+    return flown(tmp_path_factory, "under", CAMPAIGN)
 
 
 @pytest.fixture(scope="module")
