@@ -39,7 +39,7 @@ def flown() -> tuple[Array, Array]:
 
 @pytest.fixture(scope="module")
 def truth(flown: tuple[Array, Array]) -> Array:
-    """Final distances of a target and all pursuers in inertial space, by DOP853, with numbers of its own."""
+    """Final distances of a target and all pursuers in inertial space, by DOP853, with separate constants."""
     mu, axis = 3.986004418e14, 6878137.0
     n = np.sqrt(mu / axis**3)
     draws, _ = flown
